@@ -1,0 +1,187 @@
+//! The circle of confusion: **signed diameter in pixels, positive behind focus**. Defined here and nowhere else.
+//!
+//! Diameters are counted in pixels of width; where pixels are not square, heights follow from
+//! [`crate::Frame::vertical_scale`].
+
+use crate::camera::Camera;
+use crate::error::{Error, Result};
+use crate::frame::Frame;
+use serde::{Deserialize, Serialize};
+
+/// The circle of confusion as a function of planar depth z: `at_infinity - metre_pixels / z`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CocFormula {
+    /// Diameter of a point infinitely far away, in pixels; 0 where the lens is focused at infinity.
+    pub at_infinity: f64,
+    /// Pixels times metres: what one dioptre (1/m) towards the camera changes the diameter by.
+    pub metre_pixels: f64,
+}
+
+impl CocFormula {
+    /// Signed diameter in pixels at planar depth `z` metres; infinity is allowed.
+    pub fn diameter(&self, z: f64) -> f64 {
+        self.at_infinity - self.metre_pixels / z
+    }
+}
+
+/// What a user may do to the circle of confusion beside the lens.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CocSettings {
+    /// Largest diameter in pixels, in front and behind; none by default (the cost does not depend on it).
+    pub max_px: Option<f64>,
+    /// Largest diameter as a part of the display window's width, 0 to 1: the same look in a half-size proxy.
+    pub max_width: Option<f64>,
+    /// Factor on diameters in front of the plane in focus.
+    pub front: f64,
+    /// Factor on diameters behind it.
+    pub back: f64,
+    /// Nearest and farthest distance in metres of a range that stays sharp. Beyond each end the circle
+    /// starts from zero, so nothing jumps.
+    pub protect_m: Option<[f64; 2]>,
+}
+
+impl Default for CocSettings {
+    fn default() -> Self {
+        Self { max_px: None, max_width: None, front: 1.0, back: 1.0, protect_m: None }
+    }
+}
+
+impl CocSettings {
+    /// Refuses values outside their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Setting`].
+    pub fn check(&self) -> Result<()> {
+        let at_least_0 = |name, value: f64| {
+            if value.is_finite() && value >= 0.0 {
+                Ok(())
+            } else {
+                Err(Error::Setting { name, value, reason: "must be 0 or above" })
+            }
+        };
+        at_least_0("front", self.front)?;
+        at_least_0("back", self.back)?;
+        at_least_0("maximum circle of confusion", self.max_px.unwrap_or(0.0))?;
+        at_least_0("maximum circle of confusion", self.max_width.unwrap_or(0.0))?;
+        if let Some([near, far]) = self.protect_m {
+            if !(near > 0.0 && near <= far) {
+                return Err(Error::Setting {
+                    name: "protected range",
+                    value: near,
+                    reason: "must start above 0 metres and end where it starts or beyond",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Diameters beyond this many widths of the picture are cut to it: by then the blur is flat over all of it,
+/// and numbers stay far from overflow.
+pub const LARGEST_IN_WIDTHS: f64 = 4.0;
+
+/// The lens's formula with a user's settings on top, ready for pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CocCurve {
+    formula: CocFormula,
+    front: f64,
+    back: f64,
+    max: f64,
+    protect: Option<[f64; 2]>,
+}
+
+impl CocCurve {
+    /// The curve of `camera` over `frame`.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] from [`CocSettings::check`].
+    pub fn new(camera: &Camera, frame: &Frame, settings: &CocSettings) -> Result<Self> {
+        settings.check()?;
+        let formula = camera.circle_of_confusion(frame);
+        let protect = settings.protect_m.map(|range| range.map(|z| formula.diameter(z)));
+        Ok(Self { formula, protect, ..Self::limits(frame, settings)? })
+    }
+
+    /// The settings' factors and limits alone, for diameters that a file already holds
+    /// ([`CocCurve::adjust`]); a protected range in metres means nothing there.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] from [`CocSettings::check`].
+    pub fn limits(frame: &Frame, settings: &CocSettings) -> Result<Self> {
+        settings.check()?;
+        let width = frame.display_width();
+        let max = (LARGEST_IN_WIDTHS * width)
+            .min(settings.max_px.unwrap_or(f64::INFINITY))
+            .min(settings.max_width.map_or(f64::INFINITY, |part| part * width));
+        Ok(Self {
+            formula: CocFormula { at_infinity: 0.0, metre_pixels: 0.0 },
+            front: settings.front,
+            back: settings.back,
+            max,
+            protect: None,
+        })
+    }
+
+    /// Signed diameter in pixels at planar depth `z` metres (above 0, infinity allowed).
+    pub fn diameter(&self, z: f64) -> f32 {
+        let mut c = self.formula.diameter(z);
+        if let Some([near, far]) = self.protect {
+            c -= c.clamp(near, far);
+        }
+        self.adjust(c)
+    }
+
+    /// A diameter that is already in pixels, with front, back and maximum applied. NaN counts as in focus.
+    pub fn adjust(&self, c: f64) -> f32 {
+        if c.is_nan() {
+            return 0.0;
+        }
+        let c = c * if c < 0.0 { self.front } else { self.back };
+        // 0 * infinity: a factor of 0 wins.
+        if c.is_nan() { 0.0 } else { c.clamp(-self.max, self.max) as f32 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Lens;
+    use crate::plane::Size;
+
+    fn curve(settings: &CocSettings) -> CocCurve {
+        let lens = Lens::Ideal { fov_x_degrees: 40.0, aperture_diameter_m: 0.02 };
+        CocCurve::new(&Camera::new(lens, 2.0).unwrap(), &Frame::full(Size::new(1000, 500)), settings).unwrap()
+    }
+
+    #[test]
+    fn settings_act_on_their_own_side() {
+        let plain = curve(&CocSettings::default());
+        let shaped = curve(&CocSettings { front: 0.5, back: 2.0, ..CocSettings::default() });
+        assert_eq!(shaped.diameter(1.0), 0.5 * plain.diameter(1.0));
+        assert_eq!(shaped.diameter(8.0), 2.0 * plain.diameter(8.0));
+        let cut = curve(&CocSettings { max_px: Some(3.0), ..CocSettings::default() });
+        assert_eq!((cut.diameter(0.1), cut.diameter(1e9)), (-3.0, 3.0));
+    }
+
+    #[test]
+    fn a_protected_range_is_sharp_and_starts_softly() {
+        let kept = curve(&CocSettings { protect_m: Some([1.5, 3.0]), ..CocSettings::default() });
+        for z in [1.5, 2.0, 2.7, 3.0] {
+            assert_eq!(kept.diameter(z), 0.0, "{z}");
+        }
+        assert!(kept.diameter(3.01) > 0.0 && kept.diameter(3.01) < 0.1);
+        assert!(kept.diameter(1.49) < 0.0 && kept.diameter(1.49) > -0.2);
+    }
+
+    #[test]
+    fn every_number_gives_a_number() {
+        let curve = curve(&CocSettings { front: 0.0, ..CocSettings::default() });
+        for z in [0.0, 1e-300, 1e300, f64::INFINITY] {
+            assert!(curve.diameter(z).is_finite(), "{z}");
+        }
+        for c in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(curve.adjust(c).is_finite(), "{c}");
+        }
+    }
+}

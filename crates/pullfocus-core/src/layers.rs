@@ -1,0 +1,64 @@
+//! How a picture is taken apart by its circle of confusion before it is blurred.
+
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// Which layers are made out of one picture with depth.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Layering {
+    /// One layer, diffused, and nothing else (first paper, section 3).
+    Single,
+    /// The midground over background layers, so that far things blur behind sharp ones (first paper, 3.1).
+    Background {
+        /// Number of background layers, on a logarithmic scale of thresholds; the paper's choice is 1.
+        layers: u32,
+        /// Diameter in widths of the display window from which on a pixel wholly belongs to the (first)
+        /// background layer; the matte ramps from 0 at diameter 0.
+        threshold: f64,
+    },
+    /// Layers through the whole depth, near ones included, each filled where nearer ones hide it.
+    General {
+        /// Number of layers, at least 1.
+        layers: u32,
+    },
+}
+
+/// The most layers that can be asked for: each costs as much as several single-layer blurs.
+pub const MOST_LAYERS: u32 = 16;
+
+impl Default for Layering {
+    fn default() -> Self {
+        Self::General { layers: 5 }
+    }
+}
+
+impl Layering {
+    /// The first paper's one background layer; diameters from 1 % of the width on are background.
+    pub const PAPER: Self = Self::Background { layers: 1, threshold: 0.01 };
+
+    /// Refuses values outside their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Setting`].
+    pub fn check(&self) -> Result<()> {
+        let (Self::General { layers } | Self::Background { layers, .. }) = *self else { return Ok(()) };
+        if !(1..=MOST_LAYERS).contains(&layers) {
+            return Err(Error::Setting {
+                name: "layers",
+                value: f64::from(layers),
+                reason: "must lie between 1 and 16",
+            });
+        }
+        match *self {
+            Self::Background { threshold, .. } if !(threshold > 0.0 && threshold <= 1.0) => {
+                Err(Error::Setting {
+                    name: "threshold",
+                    value: threshold,
+                    reason: "must lie above 0 and at most at 1 (it is a part of the picture's width)",
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The vocabulary of pullfocus.
+//!
+//! The data's way is one sentence, and each noun in it is a module here:
+//!
+//! > [`picture`] + [`depth`] + [`camera`] → [`coc`] (circle of confusion) → [`layers`] → method
+//! > ([`diffusion`]) → composite
+//!
+//! This crate holds types, formulas and settings. It does no input or output, starts no threads and
+//! knows no GPU; `pullfocus-cpu` (and a GPU twin beside it) do the work, and both take the same
+//! settings. Units are stated at every field: distances in metres, focal length and sensor in
+//! millimetres, circles of confusion as a **signed diameter in pixels, positive behind focus**.
+
+pub mod camera;
+pub mod cancel;
+pub mod coc;
+pub mod depth;
+pub mod diffusion;
+pub mod error;
+pub mod frame;
+pub mod layers;
+pub mod picture;
+pub mod plane;
+pub mod report;
+pub mod scene;
+pub mod settings;
+
+pub use camera::{Camera, Lens};
+pub use cancel::Cancel;
+pub use coc::{CocFormula, CocSettings};
+pub use depth::{DepthDecoding, DepthKind};
+pub use diffusion::{Diffusion, Integrator, Solver};
+pub use error::{Error, Result};
+pub use frame::{Frame, Window};
+pub use layers::Layering;
+pub use picture::Picture;
+pub use plane::{Plane, Size};
+pub use report::Report;
+pub use scene::{Distance, Element, Scene};
+pub use settings::{Preset, Settings};

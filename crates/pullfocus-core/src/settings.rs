@@ -1,0 +1,59 @@
+//! Everything that a user can choose about a blur, beside the camera.
+
+use crate::coc::CocSettings;
+use crate::diffusion::{Diffusion, Integrator};
+use crate::error::Result;
+use crate::layers::Layering;
+use serde::{Deserialize, Serialize};
+
+/// The settings of a render; the same for every backend.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Settings {
+    /// What is done to the circle of confusion beside the lens.
+    pub coc: CocSettings,
+    /// Which layers the picture is taken apart into.
+    pub layering: Layering,
+    /// How a layer is blurred.
+    pub diffusion: Diffusion,
+    /// Mend anti-aliased depth before it is used.
+    pub repair_depth: bool,
+}
+
+/// Settings by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// The first paper's two layers and one backward-Euler step: fast, for choosing focus and f-stop.
+    Preview,
+    /// General layers and the rational integrator: the picture to keep.
+    #[default]
+    Final,
+}
+
+impl Settings {
+    /// The settings of a preset.
+    pub fn preset(preset: Preset) -> Self {
+        match preset {
+            Preset::Final => Self::default(),
+            Preset::Preview => Self {
+                layering: Layering::PAPER,
+                diffusion: Diffusion {
+                    integrator: Integrator::BackwardEuler { steps: 1 },
+                    ..Diffusion::default()
+                },
+                ..Self::default()
+            },
+        }
+    }
+
+    /// Refuses values outside their ranges.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`].
+    pub fn check(&self) -> Result<()> {
+        self.coc.check()?;
+        self.layering.check()?;
+        self.diffusion.check()
+    }
+}

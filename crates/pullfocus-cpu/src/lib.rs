@@ -1,0 +1,8 @@
+//! The CPU pipeline: image + depth + camera → circle of confusion → layers → diffusion → composite.
+//!
+//! Work runs on the rayon pool in which it is called: inside `ThreadPool::install` that is the caller's own.
+//! Results are the same bytes for any number of threads.
+
+mod pipeline;
+
+pub use pipeline::Renderer;

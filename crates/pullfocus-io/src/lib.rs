@@ -1,0 +1,1 @@
+//! Picture files for pullfocus: OpenEXR, PNG, JPEG, TIFF, HDR, PFM and sequences.

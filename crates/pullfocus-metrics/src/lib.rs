@@ -1,0 +1,1 @@
+//! Picture differences for pullfocus: PSNR, SSIM, FLIP.

@@ -1,0 +1,1 @@
+//! Unpublished: f64 references, analytic scenes and the conformance suite.
