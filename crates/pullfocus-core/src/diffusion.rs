@@ -6,6 +6,7 @@
 //! smaller of a link's two absolute diameters.
 
 use crate::error::{Error, Result};
+use crate::response::Rational;
 use serde::{Deserialize, Serialize};
 
 /// What beta, the heat conductivity of a link, is for a circle of confusion of diameter c pixels.
@@ -45,62 +46,14 @@ pub enum Integrator {
     /// One rational function in place of `exp(-s)`: one complex solve per axis, as close to a Gaussian as
     /// sixteen backward-Euler steps.
     Rational(Rational),
+    /// A rational function of both axes that spreads as a round aperture does, not as heat:
+    /// [`crate::response::DiscResponse::LENS`]. Two complex solves per axis.
+    Disc,
 }
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self::Rational(Rational::GAUSSIAN)
-    }
-}
-
-/// `r(s) = (1 + a s) / (1 + (1 + a) s + b s^2)`, with `s = beta omega^2` on a uniform medium: 1 at 0 with slope
-/// -1 (so the variance is exact for every a and b), 0 at infinity (so no ghost of a bright pixel stays).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Rational {
-    /// Coefficient of s above.
-    pub a: f64,
-    /// Coefficient of s^2 below.
-    pub b: f64,
-}
-
-/// One pole of a [`Rational`] and its residue; the other is its conjugate. `r(s) = 2 Re(residue / (s - pole))`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pole {
-    /// (real, imaginary); the real part is below 0.
-    pub pole: [f64; 2],
-    /// (real, imaginary).
-    pub residue: [f64; 2],
-}
-
-impl Rational {
-    /// The closest to a Gaussian: largest error of the frequency response 0.013.
-    pub const GAUSSIAN: Self = Self { a: -0.1681, b: 0.4878 };
-
-    /// The response at `s`.
-    pub fn response(self, s: f64) -> f64 {
-        (1.0 + self.a * s) / (1.0 + (1.0 + self.a) * s + self.b * s * s)
-    }
-
-    /// The complex pole in the upper half plane and its residue.
-    ///
-    /// # Errors
-    /// [`Error::Setting`] where the poles are not a complex pair left of the imaginary axis.
-    pub fn pole(self) -> Result<Pole> {
-        let Self { a, b } = self;
-        let discriminant = 4.0 * b - (1.0 + a) * (1.0 + a);
-        if !(a > -1.0 && discriminant > 0.0 && b.is_finite()) {
-            return Err(Error::Setting {
-                name: "rational integrator b",
-                value: b,
-                reason: "gives no pair of complex poles left of the axis; it needs a > -1 and 4 b > (1 + a)^2",
-            });
-        }
-        let re = -(1.0 + a) / (2.0 * b);
-        let im = discriminant.sqrt() / (2.0 * b);
-        // residue = (1 + a p) / (b (p - conj p)) = (1 + a p) / (2 i b im)
-        let (num_re, num_im) = (1.0 + a * re, a * im);
-        let scale = 1.0 / (2.0 * b * im);
-        Ok(Pole { pole: [re, im], residue: [num_im * scale, -num_re * scale] })
+        Self::Disc
     }
 }
 
@@ -159,7 +112,7 @@ impl Diffusion {
             Integrator::BackwardEuler { steps: 0 } => {
                 return Err(Error::Setting { name: "steps", value: 0.0, reason: "must be 1 or more" });
             }
-            Integrator::BackwardEuler { .. } => {}
+            Integrator::BackwardEuler { .. } | Integrator::Disc => {}
             Integrator::Rational(rational) => {
                 rational.pole()?;
             }
@@ -175,32 +128,5 @@ impl Diffusion {
             }),
             _ => Ok(()),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn poles_and_residues_give_the_function_back() {
-        let rational = Rational::GAUSSIAN;
-        let Pole { pole, residue } = rational.pole().unwrap();
-        assert!(pole[0] < 0.0);
-        for s in [0.0, 0.1, 1.0, 7.0, 300.0] {
-            let (re, im) = (s - pole[0], -pole[1]);
-            let sum = 2.0 * (residue[0] * re + residue[1] * im) / (re * re + im * im);
-            assert!((sum - rational.response(s)).abs() < 1e-12, "{s}");
-        }
-    }
-
-    #[test]
-    fn the_default_stays_close_to_a_gaussian() {
-        let worst = (0..4000)
-            .map(|i| f64::from(i) * 0.01)
-            .map(|s| (Rational::GAUSSIAN.response(s) - (-s).exp()).abs())
-            .fold(0.0, f64::max);
-        // 0.013 is what an independent f64 implementation measured.
-        assert!(worst < 0.0135, "{worst}");
     }
 }

@@ -21,8 +21,10 @@ pub mod layers;
 pub mod picture;
 pub mod plane;
 pub mod report;
+pub mod response;
 pub mod scene;
 pub mod settings;
+pub mod srgb;
 
 pub use camera::{Camera, Lens};
 pub use cancel::Cancel;
