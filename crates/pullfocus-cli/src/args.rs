@@ -1,0 +1,240 @@
+//! The command line.
+
+use crate::config::Options;
+use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Depth of field for pictures in perfect focus: rendered frames and photographs with depth.
+#[derive(Debug, Parser)]
+#[command(name = "pullfocus", version, max_term_width = 110, after_help = EXAMPLES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  pullfocus demo                                        blur a shipped frame and look at it
+  pullfocus inspect frame.exr                           what is in a file, and which command to use
+  pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8
+  pullfocus coc frame.exr -o coc.png --focus-distance 2.5 --f-stop 2.8
+  pullfocus compare out.exr reference.exr -o difference.png
+
+Exit codes: 0 done, 1 failed, 2 asked for something that cannot be.";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  One frame; focal length, sensor and whatever else is not given come from the file's camera attributes:
+    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8
+  A camera as photographers give it, and as renderers do:
+    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8 --focal-length 50 --sensor-width 36
+    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --fov-x 40 --aperture-diameter 0.018
+  A sequence, every second frame, that may be killed and continued:
+    pullfocus render 'in/frame.####.exr' -o 'out/frame.####.exr' --frames 1001-1100x2 --resume \\
+        --focus-distance 2.5 --f-stop 2.8
+  Near objects and what is behind them, as two renders:
+    pullfocus render frame.exr --foreground near.exr --behind far.exr -o out.exr --focus-distance 6 --f-stop 2
+  A photograph with a learned disparity map:
+    pullfocus render photo.jpg --depth-file disparity.png --depth disparity --depth-scale 0.8 --depth-shift 0.1 \\
+        --focus-distance 1.2 --f-stop 1.8 --focal-length 26 --sensor-width 36 -o portrait.png
+  Quickly, to find the focus:
+    pullfocus render frame.exr -o try.png --preset preview --focus-distance 2.5 --f-stop 2.8
+  Everything from a file, with one thing changed:
+    pullfocus render frame.exr -o out.exr --config shot.toml --f-stop 4
+
+A settings file has the long names as keys: focus-distance = 2.5, preset = \"preview\", resume = true.";
+
+const COC_EXAMPLES: &str = "\
+Front is red, in focus green, behind blue; the colour is full where the diameter reaches --coc-range.
+An OpenEXR output holds the signed diameter in pixels as the channel 'coc' (positive behind focus).
+
+Examples:
+  pullfocus coc frame.exr -o coc.png --focus-distance 2.5 --f-stop 2.8
+  pullfocus coc frame.exr -o coc.exr --focus-distance 2.5 --f-stop 2.8
+  pullfocus render coc.exr -o out.exr --coc-channel coc";
+
+const INSPECT_EXAMPLES: &str = "\
+Examples:
+  pullfocus inspect frame.exr
+  pullfocus inspect --json shot/*.exr";
+
+const COMPARE_EXAMPLES: &str = "\
+Linear files (OpenEXR, HDR, PFM) are shown as sRGB, clipped to 0..1, before they are compared.
+PSNR in dB and SSIM: more is more alike. FLIP: the difference that people see when they switch between
+the two, 0 to 1, less is more alike.
+
+Examples:
+  pullfocus compare out.exr reference.exr
+  pullfocus compare a.png b.png -o difference.png --json";
+
+const DEMO_EXAMPLES: &str = "\
+Examples:
+  pullfocus demo
+  pullfocus demo -o /tmp/look --preset preview";
+
+const BENCH_EXAMPLES: &str = "\
+Examples:
+  pullfocus bench
+  pullfocus bench --size 3840x2160 --threads 4 --json";
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Blur a picture or a sequence as a lens would
+    #[command(after_help = RENDER_EXAMPLES)]
+    Render(Box<RenderArgs>),
+    /// Write the circle of confusion, as a picture or as a channel
+    #[command(after_help = COC_EXAMPLES)]
+    Coc(Box<CocArgs>),
+    /// Tell what is in a file: parts, channels, depth, camera
+    #[command(after_help = INSPECT_EXAMPLES)]
+    Inspect(InspectArgs),
+    /// Tell how far apart two pictures are: PSNR, SSIM, FLIP
+    #[command(after_help = COMPARE_EXAMPLES)]
+    Compare(CompareArgs),
+    /// Blur a shipped frame at three focus distances and two f-stops
+    #[command(after_help = DEMO_EXAMPLES)]
+    Demo(DemoArgs),
+    /// Measure how fast this machine is
+    #[command(after_help = BENCH_EXAMPLES)]
+    Bench(BenchArgs),
+    /// Write completions for a shell
+    #[command(after_help = "Example:\n  pullfocus completions bash > ~/.local/share/bash-completion/completions/pullfocus")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Arguments of `render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// Which files.
+    #[command(flatten)]
+    pub files: Files,
+    /// The lens.
+    #[command(flatten)]
+    pub lens: Lens,
+    /// Depth.
+    #[command(flatten)]
+    pub depth: Depth,
+    /// The circle of confusion.
+    #[command(flatten)]
+    pub circle: Circle,
+    /// The blur.
+    #[command(flatten)]
+    pub blur: Blur,
+    /// Running.
+    #[command(flatten)]
+    pub run: Run,
+    /// Settings file (TOML); options on the command line lie over it.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Running")]
+    pub config: Option<PathBuf>,
+}
+
+impl RenderArgs {
+    /// The options, and the settings file under them.
+    pub fn split(self) -> (Options, Option<PathBuf>) {
+        let Self { files, lens, depth, circle, blur, run, config } = self;
+        (Options { files, lens, depth, circle, blur, run, view: CocView::default() }, config)
+    }
+}
+
+/// Arguments of `coc`.
+#[derive(Debug, Args)]
+pub struct CocArgs {
+    /// Which files.
+    #[command(flatten)]
+    pub files: Files,
+    /// The lens.
+    #[command(flatten)]
+    pub lens: Lens,
+    /// Depth.
+    #[command(flatten)]
+    pub depth: Depth,
+    /// The circle of confusion.
+    #[command(flatten)]
+    pub circle: Circle,
+    /// The picture of it.
+    #[command(flatten)]
+    pub view: CocView,
+    /// Running.
+    #[command(flatten)]
+    pub run: Run,
+    /// Settings file (TOML), the same as for render; options on the command line lie over it.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Running")]
+    pub config: Option<PathBuf>,
+}
+
+impl CocArgs {
+    /// The options, and the settings file under them.
+    pub fn split(self) -> (Options, Option<PathBuf>) {
+        let Self { files, lens, depth, circle, view, run, config } = self;
+        (Options { files, lens, depth, circle, view, run, blur: Blur::default() }, config)
+    }
+}
+
+/// Arguments of `inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArgs {
+    /// Files to look into
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// One JSON document on standard output, for machines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// A picture
+    pub a: PathBuf,
+    /// The picture to compare it with (the reference)
+    pub b: PathBuf,
+    /// Write the difference as a picture (FLIP's error map)
+    #[arg(short, long, value_name = "DIFF.png")]
+    pub output: Option<PathBuf>,
+    /// Replace DIFF.png if it is already there
+    #[arg(long)]
+    pub overwrite: bool,
+    /// One JSON document on standard output, for machines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// Directory for the results; the demo's own files in it are replaced
+    #[arg(short, long, value_name = "DIR", default_value = "pullfocus-demo")]
+    pub output: PathBuf,
+    /// Settings by name
+    #[arg(long, value_name = "NAME", default_value = "final")]
+    pub preset: crate::options::PresetName,
+    /// Number of threads; all processors by default
+    #[arg(long, value_name = "N")]
+    pub threads: Option<u32>,
+    /// One JSON document on standard output, for machines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// Sizes to measure
+    #[arg(long, value_name = "WxH", value_delimiter = ',', default_value = "512x512,1024x1024,1920x1080")]
+    pub size: Vec<crate::commands::bench::BenchSize>,
+    /// Least time spent on each figure, in seconds
+    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    pub seconds: f64,
+    /// Number of threads; all processors by default
+    #[arg(long, value_name = "N")]
+    pub threads: Option<u32>,
+    /// One JSON document on standard output, for machines
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,134 @@
+//! What a run tells machines: one JSON document on standard output.
+
+use crate::camera::CameraValue;
+use crate::console::{milliseconds, print_line};
+use crate::failure::Result;
+use pullfocus_core::Report;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Prints a document, indented.
+///
+/// # Errors
+/// A value that JSON cannot hold.
+pub fn print(document: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(document).map_err(anyhow::Error::from)?;
+    print_line(&text);
+    Ok(())
+}
+
+/// What `render` and `coc` tell.
+#[derive(Debug, Serialize)]
+pub struct Document {
+    /// The program's version.
+    pub pullfocus: &'static str,
+    /// The command.
+    pub command: &'static str,
+    /// The settings used, presets filled in.
+    pub settings: serde_json::Value,
+    /// Each frame in the order in which it was done.
+    pub frames: Vec<FrameReport>,
+    /// What the user should know, each thing once.
+    pub warnings: Vec<String>,
+    /// The sentence that ended the run, if one did.
+    pub error: Option<String>,
+    /// Milliseconds for all of it.
+    pub total_ms: f64,
+}
+
+/// What became of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// The output was written.
+    Written,
+    /// The output was there, and `--resume` kept it.
+    Skipped,
+}
+
+/// One frame.
+#[derive(Debug, Clone, Serialize)]
+pub struct FrameReport {
+    /// Files read, by their role: "input", "depth-file", "foreground", "behind".
+    pub inputs: BTreeMap<&'static str, String>,
+    /// Files written.
+    pub outputs: Vec<String>,
+    /// What became of it.
+    pub outcome: Outcome,
+    /// Width and height of the picture blurred, in pixels.
+    pub size: Option<[usize; 2]>,
+    /// Channels that went through the lens.
+    pub channels: Vec<String>,
+    /// The depth or circle-of-confusion channel used, and its file.
+    pub distance: Option<String>,
+    /// The camera's values and where they came from.
+    pub camera: Vec<CameraValue>,
+    /// Smallest and largest signed diameter in pixels.
+    pub coc_range_px: Option<[f32; 2]>,
+    /// Number of layers blurred.
+    pub layers: Option<usize>,
+    /// Part of depth edges that hold in-between values.
+    pub blended_depth_edges: Option<f32>,
+    /// Milliseconds of each stage, reading and writing included, in order.
+    pub stages: Vec<StageReport>,
+    /// Milliseconds for the frame.
+    pub total_ms: f64,
+}
+
+/// One stage.
+#[derive(Debug, Clone, Serialize)]
+pub struct StageReport {
+    /// Its name.
+    pub name: String,
+    /// Milliseconds.
+    pub ms: f64,
+}
+
+impl FrameReport {
+    /// A frame of which nothing is known yet.
+    pub fn new(inputs: BTreeMap<&'static str, String>, outputs: Vec<String>) -> Self {
+        Self {
+            inputs,
+            outputs,
+            outcome: Outcome::Written,
+            size: None,
+            channels: Vec::new(),
+            distance: None,
+            camera: Vec::new(),
+            coc_range_px: None,
+            layers: None,
+            blended_depth_edges: None,
+            stages: Vec::new(),
+            total_ms: 0.0,
+        }
+    }
+
+    /// Adds a stage.
+    pub fn stage(&mut self, name: &str, time: Duration) {
+        self.stages.push(StageReport { name: name.to_owned(), ms: milliseconds(time) });
+    }
+
+    /// Takes what the renderer tells.
+    pub fn take(&mut self, report: &Report) {
+        for stage in &report.stages {
+            self.stage(stage.name, stage.time);
+        }
+        self.coc_range_px = Some(report.coc_range);
+        self.layers = Some(report.layers);
+        self.blended_depth_edges = report.blended_depth_edges;
+    }
+
+    /// "read 12 ms, blur 40 ms".
+    pub fn stages_text(&self) -> String {
+        let stages: Vec<String> = self.stages.iter().map(|stage| format!("{} {:.1} ms", stage.name, stage.ms)).collect();
+        stages.join(", ")
+    }
+
+    /// "focus distance 2 m (--focus-distance), f-stop 2.8 (attribute aperture)".
+    pub fn camera_text(&self) -> String {
+        let values: Vec<String> =
+            self.camera.iter().map(|value| format!("{} {} ({})", value.name, value.text, value.from)).collect();
+        values.join(", ")
+    }
+}

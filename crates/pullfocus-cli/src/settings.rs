@@ -1,0 +1,254 @@
+//! From options to the library's settings: what goes with what.
+
+use crate::failure::{Failure, Result};
+use crate::options::{
+    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, PresetName, SolverName,
+};
+use crate::values::{Largest, Number};
+use pullfocus_core::diffusion::{Calibration, JacobiStop, Rational};
+use pullfocus_core::layers::MOST_LAYERS;
+use pullfocus_core::{
+    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Preset, Settings, Solver,
+};
+
+fn usage<T>(sentence: &str) -> Result<T> {
+    Err(Failure::usage(sentence))
+}
+
+/// The library's settings.
+///
+/// # Errors
+/// [`Failure::Usage`]: options that do not go together, values outside their ranges.
+pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings> {
+    let preset = match blur.preset {
+        Some(PresetName::Preview) => Preset::Preview,
+        Some(PresetName::Final) | None => Preset::Final,
+    };
+    let base = Settings::preset(preset);
+    let settings = Settings {
+        coc: coc(circle)?,
+        layering: layering(blur, base.layering)?,
+        diffusion: diffusion(blur, base.diffusion)?,
+        repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
+    };
+    settings.check().map_err(|error| Failure::usage(error.to_string()))?;
+    Ok(settings)
+}
+
+fn coc(circle: &Circle) -> Result<CocSettings> {
+    let factor = |flag: &str, number: Option<Number>| match number {
+        None => Ok(1.0),
+        Some(Number(value)) if value.is_finite() && value >= 0.0 => Ok(value),
+        Some(Number(value)) => {
+            Err(Failure::usage(format!("{flag} is {value}; it must be a factor of 0 or above")))
+        }
+    };
+    Ok(CocSettings {
+        max_px: match circle.max_coc {
+            Some(Largest::Pixels(px)) => Some(px),
+            _ => None,
+        },
+        max_width: match circle.max_coc {
+            Some(Largest::Width(part)) => Some(part),
+            _ => None,
+        },
+        front: factor("--front", circle.front)?,
+        back: factor("--back", circle.back)?,
+        protect_m: circle.protect.map(|range| range.0),
+    })
+}
+
+fn layering(blur: &Blur, preset: Layering) -> Result<Layering> {
+    let base = match blur.layering {
+        None => preset,
+        Some(LayeringName::Single) => Layering::Single,
+        Some(LayeringName::Background) => Layering::PAPER,
+        Some(LayeringName::General) => Layering::default(),
+    };
+    if blur.layers.is_some_and(|n| !(1..=MOST_LAYERS).contains(&n)) {
+        return usage("--layers must lie between 1 and 16");
+    }
+    match (base, blur.layers, blur.layer_threshold) {
+        (Layering::Single, Some(_), _) => {
+            usage("--layers goes with --layering background or general; --layering single has one layer")
+        }
+        (Layering::Background { layers, threshold }, n, part) => Ok(Layering::Background {
+            layers: n.unwrap_or(layers),
+            threshold: match part {
+                None => threshold,
+                Some(Number(part)) if part > 0.0 && part <= 1.0 => part,
+                Some(Number(part)) => {
+                    return Err(Failure::usage(format!(
+                        "--layer-threshold is {part}; it is a part of the picture's width, above 0 and at most 1"
+                    )));
+                }
+            },
+        }),
+        (_, _, Some(_)) => usage("--layer-threshold goes with --layering background"),
+        (Layering::General { layers }, n, None) => Ok(Layering::General { layers: n.unwrap_or(layers) }),
+        (Layering::Single, None, None) => Ok(Layering::Single),
+    }
+}
+
+fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
+    let base = match blur.integrator {
+        None => preset.integrator,
+        Some(IntegratorName::BackwardEuler) => Integrator::BackwardEuler { steps: 1 },
+        Some(IntegratorName::Rational) => Integrator::Rational(Rational::GAUSSIAN),
+    };
+    let integrator = match (base, blur.steps) {
+        (_, Some(0)) => return usage("--steps is 0; it must be 1 or more"),
+        (Integrator::BackwardEuler { steps }, n) => Integrator::BackwardEuler { steps: n.unwrap_or(steps) },
+        (Integrator::Rational(_), Some(_)) => {
+            return usage(
+                "--steps goes with --integrator backward-euler; the rational integrator needs one solve and has no steps",
+            );
+        }
+        (rational, None) => rational,
+    };
+    let solver = match (blur.solver, blur.sweeps, blur.tolerance) {
+        (Some(SolverName::Jacobi), Some(_), Some(_)) => {
+            return usage("--sweeps and --tolerance both say when Jacobi stops; give one of them");
+        }
+        (Some(SolverName::Jacobi), Some(0), None) => return usage("--sweeps is 0; it must be 1 or more"),
+        (Some(SolverName::Jacobi), Some(n), None) => Solver::Jacobi(JacobiStop::Sweeps(n)),
+        (Some(SolverName::Jacobi), None, Some(Number(t))) => {
+            if !(t > 0.0 && t < 1.0) {
+                return Err(Failure::usage(format!("--tolerance is {t}; it must lie between 0 and 1")));
+            }
+            Solver::Jacobi(JacobiStop::Tolerance(t as f32))
+        }
+        (Some(SolverName::Jacobi), None, None) => Solver::Jacobi(JacobiStop::default()),
+        (_, None, None) if blur.solver == Some(SolverName::CyclicReduction) => Solver::CyclicReduction,
+        (_, None, None) => Solver::Lu,
+        _ => return usage("--sweeps and --tolerance go with --solver jacobi"),
+    };
+    let calibration = match blur.calibration {
+        None => preset.calibration,
+        Some(CalibrationName::Variance) => Calibration::Variance,
+        Some(CalibrationName::Kass) => Calibration::Kass,
+        Some(CalibrationName::Beck) => Calibration::Beck,
+    };
+    Ok(Diffusion { calibration, integrator, solver })
+}
+
+/// How depth is read.
+///
+/// # Errors
+/// [`Failure::Usage`]: options that do not go together, values outside their ranges.
+pub fn decoding(depth: &Depth) -> Result<DepthDecoding> {
+    let form = depth.depth.unwrap_or(DepthForm::Planar);
+    if form != DepthForm::Disparity && (depth.depth_scale.is_some() || depth.depth_shift.is_some()) {
+        return usage("--depth-scale and --depth-shift go with --depth disparity");
+    }
+    if form != DepthForm::Normalized
+        && (depth.depth_near.is_some() || depth.depth_far.is_some() || depth.depth_invert == Some(true))
+    {
+        return usage("--depth-near, --depth-far and --depth-invert go with --depth normalized");
+    }
+    if matches!(form, DepthForm::Disparity | DepthForm::Normalized) && depth.depth_unit.is_some() {
+        return usage(
+            "--depth-unit goes with --depth planar, ray or inverse; the others are given in metres already",
+        );
+    }
+    let kind = match form {
+        DepthForm::Planar => DepthKind::Planar,
+        DepthForm::Ray => DepthKind::Ray,
+        DepthForm::Inverse => DepthKind::Inverse,
+        DepthForm::Disparity => match depth.depth_scale {
+            Some(Number(scale)) => {
+                DepthKind::Disparity { scale, shift: depth.depth_shift.map_or(0.0, |shift| shift.0) }
+            }
+            None => return usage("--depth disparity needs --depth-scale S (and --depth-shift S): 1/z = scale * value + shift, in 1/m"),
+        },
+        DepthForm::Normalized => match (depth.depth_near, depth.depth_far) {
+            (Some(Number(near_m)), Some(Number(far_m))) => {
+                DepthKind::Normalized { near_m, far_m, inverted: depth.depth_invert.unwrap_or(false) }
+            }
+            _ => return usage("--depth normalized needs --depth-near M and --depth-far M, the distances of 0 and 1"),
+        },
+    };
+    let decoding = DepthDecoding {
+        kind,
+        unit_m: depth.depth_unit.map_or(1.0, |unit| unit.0),
+        far_clip_m: depth.depth_far_clip.map(|far| far.0),
+    };
+    decoding.check().map_err(|error| Failure::usage(error.to_string()))?;
+    Ok(decoding)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+
+    fn made(text: &str) -> Result<Settings> {
+        let options = parse(text).unwrap();
+        settings(&options.blur, &options.circle, &options.depth)
+    }
+
+    fn refused(text: &str, word: &str) {
+        let options = parse(text).unwrap();
+        let error = made(text).err().or_else(|| decoding(&options.depth).err()).expect(text);
+        assert!(error.exit_code() == 2 && error.to_string().contains(word), "{text}: {error}");
+    }
+
+    #[test]
+    fn nothing_given_is_the_final_preset() {
+        assert_eq!(made("").unwrap(), Settings::preset(Preset::Final));
+        assert_eq!(made("preset = 'preview'").unwrap(), Settings::preset(Preset::Preview));
+    }
+
+    #[test]
+    fn what_is_given_overrides_the_preset() {
+        let steps = made("preset = 'preview'\nsteps = 3\nlayers = 2\nlayer-threshold = 0.02").unwrap();
+        assert_eq!(steps.diffusion.integrator, Integrator::BackwardEuler { steps: 3 });
+        assert_eq!(steps.layering, Layering::Background { layers: 2, threshold: 0.02 });
+        let single = made("layering = 'single'\ncalibration = 'kass'\nsolver = 'cyclic-reduction'").unwrap();
+        assert_eq!(single.layering, Layering::Single);
+        assert_eq!(single.diffusion.calibration, Calibration::Kass);
+        assert_eq!(single.diffusion.solver, Solver::CyclicReduction);
+        let jacobi = made("solver = 'jacobi'\nsweeps = 50").unwrap();
+        assert_eq!(jacobi.diffusion.solver, Solver::Jacobi(JacobiStop::Sweeps(50)));
+        let coc = made("max-coc = '3%'\nfront = 0.5\nback = 2\nprotect = '1,2'").unwrap().coc;
+        assert_eq!((coc.max_width, coc.front, coc.back, coc.protect_m), (Some(0.03), 0.5, 2.0, Some([1.0, 2.0])));
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_said() {
+        refused("steps = 2", "--steps goes with");
+        refused("integrator = 'rational'\nsteps = 1", "--steps goes with");
+        refused("integrator = 'backward-euler'\nsteps = 0", "1 or more");
+        refused("layering = 'single'\nlayers = 2", "single has one layer");
+        refused("layers = 40", "between 1 and 16");
+        refused("layer-threshold = 0.1", "background");
+        refused("sweeps = 4", "--solver jacobi");
+        refused("solver = 'jacobi'\nsweeps = 4\ntolerance = 0.1", "one of them");
+        refused("solver = 'jacobi'\ntolerance = 2", "between 0 and 1");
+        refused("front = -1", "--front");
+        refused("depth-scale = 2", "disparity");
+        refused("depth = 'disparity'", "--depth-scale");
+        refused("depth = 'normalized'\ndepth-near = 1", "--depth-far");
+        refused("depth = 'normalized'\ndepth-near = 3\ndepth-far = 1", "beyond");
+        refused("depth-near = 1", "normalized");
+        refused("depth = 'disparity'\ndepth-scale = 1\ndepth-unit = 'cm'", "metres already");
+        refused("depth-far-clip = 0", "far clip");
+    }
+
+    #[test]
+    fn every_depth_form_is_reached() {
+        let kind = |text: &str| decoding(&parse(text).unwrap().depth).unwrap();
+        assert_eq!(kind("depth-unit = 'cm'").unit_m, 0.01);
+        assert_eq!(kind("depth = 'ray'").kind, DepthKind::Ray);
+        assert_eq!(kind("depth = 'inverse'").kind, DepthKind::Inverse);
+        assert_eq!(
+            kind("depth = 'disparity'\ndepth-scale = 2").kind,
+            DepthKind::Disparity { scale: 2.0, shift: 0.0 }
+        );
+        assert_eq!(
+            kind("depth = 'normalized'\ndepth-near = 1\ndepth-far = 9\ndepth-invert = true").kind,
+            DepthKind::Normalized { near_m: 1.0, far_m: 9.0, inverted: true }
+        );
+        assert_eq!(kind("depth-far-clip = 500").far_clip_m, Some(500.0));
+    }
+}

@@ -1,0 +1,215 @@
+//! Values that people write in more than one way, on the command line and in a settings file alike.
+
+use serde::de::{Deserialize, Deserializer, Error as _, SeqAccess, Visitor};
+use std::fmt;
+use std::str::FromStr;
+
+/// Lets a type with `FromStr` be written in TOML as text, as a number, as a boolean or as a list of these.
+macro_rules! from_text {
+    ($($name:ty),*) => {$(
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let text = deserializer.deserialize_any(Text)?;
+                text.parse().map_err(D::Error::custom)
+            }
+        }
+    )*};
+}
+
+struct Text;
+
+impl<'de> Visitor<'de> for Text {
+    type Value = String;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("text or a number")
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<String, E> {
+        Ok(text.to_owned())
+    }
+
+    fn visit_f64<E>(self, number: f64) -> Result<String, E> {
+        Ok(number.to_string())
+    }
+
+    fn visit_i64<E>(self, number: i64) -> Result<String, E> {
+        Ok(number.to_string())
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<String, A::Error> {
+        let mut joined = String::new();
+        while let Some(Item(item)) = list.next_element()? {
+            if !joined.is_empty() {
+                joined.push(',');
+            }
+            joined.push_str(&item);
+        }
+        Ok(joined)
+    }
+}
+
+/// One entry of a list: no lists within lists.
+struct Item(String);
+
+impl<'de> Deserialize<'de> for Item {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Flat;
+        impl Visitor<'_> for Flat {
+            type Value = Item;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("text or a number")
+            }
+            fn visit_str<E>(self, text: &str) -> Result<Item, E> {
+                Ok(Item(text.to_owned()))
+            }
+            fn visit_f64<E>(self, number: f64) -> Result<Item, E> {
+                Ok(Item(number.to_string()))
+            }
+            fn visit_i64<E>(self, number: i64) -> Result<Item, E> {
+                Ok(Item(number.to_string()))
+            }
+        }
+        deserializer.deserialize_any(Flat)
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if !value.is_nan() => Ok(value),
+        _ => Err(format!("'{text}' is not a number")),
+    }
+}
+
+/// Any number but "not a number"; infinity is written `inf`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Number(pub f64);
+
+impl FromStr for Number {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        number(text).map(Self)
+    }
+}
+
+/// Metres in one unit of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit(pub f64);
+
+impl FromStr for Unit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(Self(match text.trim() {
+            "m" => 1.0,
+            "dm" => 0.1,
+            "cm" => 0.01,
+            "mm" => 0.001,
+            "km" => 1000.0,
+            "in" => 0.0254,
+            "ft" => 0.3048,
+            other => match number(other) {
+                Ok(value) if value.is_finite() && value > 0.0 => value,
+                _ => return Err(format!("'{other}' is no unit; write m, cm, mm, ft, in, or metres per unit such as 0.01")),
+            },
+        }))
+    }
+}
+
+/// A largest circle of confusion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Largest {
+    /// Diameter in pixels.
+    Pixels(f64),
+    /// Diameter as a part of the display window's width, 0 to 1.
+    Width(f64),
+}
+
+impl FromStr for Largest {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let (digits, make): (&str, fn(f64) -> Self) = if let Some(digits) = text.strip_suffix('%') {
+            (digits, |part| Self::Width(part / 100.0))
+        } else {
+            (text.strip_suffix("px").unwrap_or(text), Self::Pixels)
+        };
+        match number(digits) {
+            Ok(value) if value.is_finite() && value >= 0.0 => Ok(make(value)),
+            _ => Err(format!("'{text}' is no size; write pixels such as 40, or a part of the width such as 2%")),
+        }
+    }
+}
+
+/// A range of distances in metres, `NEAR,FAR`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range(pub [f64; 2]);
+
+impl FromStr for Range {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let ends = text.split_once(',').and_then(|(near, far)| Some([number(near).ok()?, number(far).ok()?]));
+        match ends {
+            Some([near, far]) if near > 0.0 && near <= far => Ok(Self([near, far])),
+            _ => Err(format!("'{text}' is no range; write the nearest and the farthest distance in metres, such as 1.5,3")),
+        }
+    }
+}
+
+/// Names separated by commas, or a list in TOML.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Names(pub Vec<String>);
+
+impl FromStr for Names {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names: Vec<String> =
+            text.split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect();
+        if names.is_empty() { Err("no name was given".into()) } else { Ok(Self(names)) }
+    }
+}
+
+/// A part of an OpenEXR file, by its name or its number from 0, or a name of frames: any text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Label(pub String);
+
+impl FromStr for Label {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.is_empty() { Err("the name is empty".into()) } else { Ok(Self(text.to_owned())) }
+    }
+}
+
+from_text!(Number, Unit, Largest, Range, Names, Label);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_units_are_read_as_people_write_them() {
+        assert_eq!("40".parse(), Ok(Largest::Pixels(40.0)));
+        assert_eq!("40px".parse(), Ok(Largest::Pixels(40.0)));
+        assert_eq!("2%".parse(), Ok(Largest::Width(0.02)));
+        assert_eq!("cm".parse(), Ok(Unit(0.01)));
+        assert_eq!("0.25".parse(), Ok(Unit(0.25)));
+        assert_eq!("inf".parse(), Ok(Number(f64::INFINITY)));
+        assert_eq!("1.5, 3".parse(), Ok(Range([1.5, 3.0])));
+        assert_eq!("a, b,".parse(), Ok(Names(vec!["a".into(), "b".into()])));
+    }
+
+    #[test]
+    fn nonsense_is_refused_with_an_example() {
+        for (text, error) in [("3,1", "1.5,3"), ("4", "1.5,3"), ("nan,2", "1.5,3")] {
+            assert!(text.parse::<Range>().unwrap_err().contains(error), "{text}");
+        }
+        assert!("-1".parse::<Largest>().unwrap_err().contains("2%"));
+        assert!("furlong".parse::<Unit>().unwrap_err().contains("metres per unit"));
+        assert!("nan".parse::<Number>().is_err());
+    }
+}
