@@ -1,0 +1,156 @@
+//! What every backend has to do, as tests written once.
+//!
+//! A backend implements [`DiffusionSubject`] and [`RenderSubject`] (closures do) and puts into its own tests:
+//!
+//! ```ignore
+//! pullfocus_testkit::diffusion_conformance!(Diffuser::new());
+//! pullfocus_testkit::render_conformance!(Renderer::new());
+//! ```
+//!
+//! Each check becomes one `#[test]`. Which invariant holds for which method:
+//!
+//! | method | constants | energy (sum of gamma y) | stays within the input's range | zero blur keeps every bit |
+//! |---|---|---|---|---|
+//! | backward Euler, LU or cyclic reduction | yes | yes | yes | yes |
+//! | rational or disc, LU or cyclic reduction | yes | yes | no: a lobe of some -0.003 of a bright point | yes |
+//! | Jacobi, few sweeps | yes | no | yes with backward Euler | yes |
+//! | layers (background, general) | yes | no: they are blended or composited | backward Euler | yes |
+//! | foreground with behind | yes (same colour on both) | the foreground's coverage | backward Euler | yes |
+
+pub mod diffusion;
+pub mod render;
+
+use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
+
+/// What one diffusion gets beside its planes.
+#[derive(Debug, Clone, Copy)]
+pub struct Medium<'a> {
+    /// Signed diameters in pixels of width.
+    pub diameter: &'a Plane,
+    /// Specific heat; 1 where none is given.
+    pub gamma: Option<&'a Plane>,
+    /// A column's diameters in parts of a row's.
+    pub vertical_scale: f32,
+}
+
+impl<'a> Medium<'a> {
+    /// Specific heat 1 and square pixels.
+    pub fn plain(diameter: &'a Plane) -> Self {
+        Self { diameter, gamma: None, vertical_scale: 1.0 }
+    }
+}
+
+/// A backend's diffusion.
+pub trait DiffusionSubject {
+    /// Diffuses `planes` in place.
+    ///
+    /// # Errors
+    /// What the backend refuses; [`pullfocus_core::Error::Cancelled`].
+    fn diffuse(
+        &mut self,
+        planes: &mut [Plane],
+        medium: Medium<'_>,
+        settings: &Diffusion,
+        cancel: &Cancel,
+    ) -> Result<()>;
+}
+
+impl<F> DiffusionSubject for F
+where
+    F: FnMut(&mut [Plane], Medium<'_>, &Diffusion, &Cancel) -> Result<()>,
+{
+    fn diffuse(
+        &mut self,
+        planes: &mut [Plane],
+        medium: Medium<'_>,
+        settings: &Diffusion,
+        cancel: &Cancel,
+    ) -> Result<()> {
+        self(planes, medium, settings, cancel)
+    }
+}
+
+/// A backend's whole pipeline.
+pub trait RenderSubject {
+    /// Replaces `scene.base.picture` by the picture through the lens.
+    ///
+    /// # Errors
+    /// What the backend refuses; [`pullfocus_core::Error::Cancelled`].
+    fn render(
+        &mut self,
+        scene: &mut Scene,
+        camera: Option<&Camera>,
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Result<Report>;
+}
+
+impl<F> RenderSubject for F
+where
+    F: FnMut(&mut Scene, Option<&Camera>, &Settings, &Cancel) -> Result<Report>,
+{
+    fn render(
+        &mut self,
+        scene: &mut Scene,
+        camera: Option<&Camera>,
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Result<Report> {
+        self(scene, camera, settings, cancel)
+    }
+}
+
+/// The bits of a plane, which are equal where `==` on f32 is not (NaN) and differ where it is (-0).
+pub(crate) fn bits(plane: &Plane) -> Vec<u32> {
+    plane.data().iter().map(|v| v.to_bits()).collect()
+}
+
+/// Runs `work` in a rayon pool of its own with that many threads.
+pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads for a test").install(work)
+}
+
+/// One `#[test]` per check of a diffusion; the argument makes a fresh [`DiffusionSubject`].
+#[macro_export]
+macro_rules! diffusion_conformance {
+    ($subject:expr) => {
+        $crate::conformance_tests!($subject, diffusion:
+            matches_the_f64_reference, matches_f64_jacobi_sweep_by_sweep, jacobi_reaches_its_tolerance,
+            every_small_size_matches, long_lines_with_large_circles_stay_exact, constants_are_kept,
+            heat_is_kept, one_axis_is_self_adjoint, mirrored_in_mirrored_out, has_the_variance_of_the_disc,
+            stays_within_the_range, zero_blur_keeps_every_bit, pixels_in_focus_keep_every_bit,
+            holes_without_heat_are_filled, large_values_stay_finite, planes_do_not_mix,
+            any_number_of_threads_gives_the_same_bytes, a_second_run_gives_the_same_bytes,
+            a_raised_flag_cancels, a_run_is_cancelled_from_outside, odd_settings_are_refused);
+    };
+}
+
+/// One `#[test]` per check of a whole render; the argument makes a fresh [`RenderSubject`].
+#[macro_export]
+macro_rules! render_conformance {
+    ($subject:expr) => {
+        $crate::conformance_tests!($subject, render:
+            a_pinhole_keeps_every_bit, one_layer_matches_the_f64_reference, constants_are_kept,
+            empty_pixels_stay_empty, numbers_that_are_none_follow_the_rule, any_depth_gives_numbers,
+            every_small_size_renders, a_mirrored_scene_gives_the_mirrored_picture, foreground_light_is_kept,
+            a_near_edge_is_soft_over_a_sharp_one, a_focus_pull_has_no_jumps, alpha_goes_through_the_same_lens,
+            further_planes_do_not_change_the_others, any_number_of_threads_gives_the_same_bytes,
+            a_second_run_gives_the_same_bytes, a_raised_flag_cancels, a_run_is_cancelled_from_outside,
+            what_does_not_fit_is_refused);
+    };
+}
+
+/// What the two macros above are made of.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! conformance_tests {
+    ($subject:expr, $module:ident: $($check:ident),* $(,)?) => {
+        mod $module {
+            use super::*;
+            $(#[test]
+            fn $check() {
+                $crate::conformance::$module::$check(&mut $subject);
+            })*
+        }
+    };
+}

@@ -1,0 +1,8 @@
+//! The diffusion method and the papers' layers in f64.
+
+pub mod diffusion;
+pub mod layers;
+pub mod line;
+
+pub use diffusion::{diffuse, links};
+pub use line::Line;
