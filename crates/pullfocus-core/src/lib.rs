@@ -24,6 +24,7 @@ pub mod report;
 pub mod response;
 pub mod scene;
 pub mod settings;
+pub mod split;
 pub mod srgb;
 
 pub use camera::{Camera, Lens};
