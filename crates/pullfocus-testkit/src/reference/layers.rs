@@ -161,7 +161,7 @@ mod tests {
         let stem = |x: usize| (30..33).contains(&x);
         let color = Grid::from_fn(64, 16, |x, _| if stem(x) { 1.0 } else { 0.2 });
         let diameter = Grid::from_fn(64, 16, |x, _| if stem(x) { 0.0 } else { 12.0 });
-        let layer = background_layer(&[color.clone()], &diameter, 10.0, &Diffusion::default());
+        let layer = background_layer(std::slice::from_ref(&color), &diameter, 10.0, &Diffusion::default());
         // The floor lets 1e-6 of three pixels through.
         assert!(layer[0].data.iter().all(|v| (v - 0.2).abs() < 1e-4), "{:?}", layer[0].row(3));
         let picture = midground_and_background(&[color], &diameter, &[10.0, 20.0], &Diffusion::default());
