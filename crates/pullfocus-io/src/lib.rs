@@ -1,1 +1,21 @@
 //! Picture files for pullfocus: OpenEXR, PNG, JPEG, TIFF, HDR, PFM and sequences.
+//!
+//! [`Document`] is an OpenEXR file: [`Document::select`] takes the colour, depth and camera out of it that one
+//! render needs, [`Document::write_to`] puts blurred planes back and leaves everything else as it was.
+//! Limits ([`Limits`]) are checked before memory is taken for anything whose size a file states.
+
+pub mod align;
+pub mod error;
+pub mod exr;
+pub mod images;
+pub mod limits;
+pub mod output;
+pub mod sequence;
+
+pub use align::{align_element, align_plane};
+pub use error::{FileError, FileResult};
+pub use exr::{
+    AttributeValue, Channels, Contents, Document, Found, FoundCamera, NamedPlane, SampleType, Selected,
+    Selection, write_exr,
+};
+pub use limits::Limits;
