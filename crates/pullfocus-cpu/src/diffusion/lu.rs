@@ -1,0 +1,158 @@
+//! LU: elimination along each line, sixteen lines side by side.
+//!
+//! Instead of the diagonal the gathered weight e is carried, `e_i = sigma gamma_i + t_i` with
+//! `t_i = beta_{i-1} e_{i-1} / (e_{i-1} + beta_{i-1})` (two conductors in series), and instead of the right-hand
+//! side the gathered mean u: forth `u_i = x_i + (t_i / e_i) (u_{i-1} - x_i)`, back
+//! `y_i = u_i + (beta_i / (e_i + beta_i)) (y_{i+1} - u_i)`. Both are means with weights that add to one, so a
+//! constant stays itself and a link without conductivity changes nothing, to the bit; nothing cancels.
+//! A mean is counted from the side that has more weight, so that a value without weight leaves no rounding
+//! error behind, however large it is.
+
+use super::lanes::{LANES, Lanes};
+use super::number::Number;
+use super::strips::{Bench, CHUNK, Constants, Inputs, MOST_TERMS};
+
+/// Rows of memory for lines of `n`.
+pub(super) fn rows(n: usize, planes: usize, parts: usize, terms: usize) -> usize {
+    n * terms * parts * (1 + planes)
+}
+
+#[derive(Clone, Copy)]
+struct Forth<V, N, const P: usize> {
+    weight: N,
+    circle: V,
+    values: [N; P],
+    least: [V; P],
+}
+
+#[derive(Clone, Copy)]
+struct Back<N, const P: usize> {
+    link: N,
+    values: [N; P],
+}
+
+/// Solves one strip; the smallest value that came in, or 0, for each plane.
+///
+/// # Safety
+/// The processor must have the instructions of `V`, and the bench [`rows`] rows for the solver.
+#[inline(always)]
+pub(super) unsafe fn solve<V: Lanes, N: Number<V>, const P: usize>(bench: &Bench<'_, P>) -> [f32; P] {
+    let pass = bench.pass;
+    let n = pass.lines.unknowns;
+    let terms = &pass.scheme.terms;
+    let slot = N::PARTS * (1 + P) * LANES;
+    let memory = bench.solver_rows();
+    // SAFETY: chunks stay within the n unknowns, slots within the rows that the caller promises.
+    unsafe {
+        let zero = V::splat(0.0);
+        let start = N::from_real(zero, zero);
+        let mut forths = [Forth {
+            // No link leads to the first unknown; any weight will do before it.
+            weight: N::from_real(V::splat(1.0), zero),
+            circle: zero,
+            values: [start; P],
+            least: [zero; P],
+        }; MOST_TERMS];
+        for from in (0..n).step_by(CHUNK) {
+            let len = CHUNK.min(n - from);
+            let inputs = bench.inputs::<V>(from, len);
+            for (t, term) in terms.iter().enumerate() {
+                let constants = Constants::new(pass.beta, term);
+                forth(&mut forths[t], &inputs, len, memory.add((t * n + from) * slot), &constants);
+            }
+        }
+        let mut backs = [Back { link: start, values: [start; P] }; MOST_TERMS];
+        for from in (0..n).step_by(CHUNK).rev() {
+            let len = CHUNK.min(n - from);
+            let (to, stride) = bench.outputs::<V>(from);
+            for (t, term) in terms.iter().enumerate() {
+                let constants = Constants::new(pass.beta, term);
+                let mut lower = [V::splat(f32::NEG_INFINITY); P];
+                if t + 1 == terms.len() {
+                    for (p, lower) in lower.iter_mut().enumerate() {
+                        *lower = V::splat(pass.lower[p]);
+                    }
+                }
+                let slots = memory.add((t * n + from) * slot);
+                if t == 0 {
+                    back::<V, N, P, true>(&mut backs[t], to, stride, len, slots, &constants, &lower);
+                } else {
+                    back::<V, N, P, false>(&mut backs[t], to, stride, len, slots, &constants, &lower);
+                }
+            }
+            bench.written::<V>(from, len);
+        }
+        forths[0].least.map(|v| v.to_array().into_iter().fold(0.0, f32::min))
+    }
+}
+
+#[inline(always)]
+unsafe fn forth<V: Lanes, N: Number<V>, const P: usize>(
+    state: &mut Forth<V, N, P>,
+    inputs: &Inputs<P>,
+    len: usize,
+    mut slots: *mut f32,
+    k: &Constants<V, N>,
+) {
+    let mut s = *state;
+    for i in 0..len {
+        // SAFETY: the caller has `len` unknowns and slots.
+        unsafe {
+            let circle: V = inputs.circle.load(i);
+            let gamma = inputs.gamma.load::<V>(i).max(k.least_gamma);
+            let beta = k.link(s.circle, circle);
+            let step = N::eliminate(s.weight, beta, gamma, k.sigma, k.one, k.zero);
+            step.back.store(slots);
+            slots = slots.add(N::PARTS * LANES);
+            for p in 0..P {
+                let x: V = inputs.planes[p].load(i);
+                s.least[p] = s.least[p].min(x);
+                s.values[p] = N::forth(&step, s.values[p], x, k.zero);
+                s.values[p].store(slots);
+                slots = slots.add(N::PARTS * LANES);
+            }
+            s.weight = step.weight;
+            s.circle = circle;
+        }
+    }
+    for value in &mut s.values {
+        *value = value.flush(k.tiny, k.zero);
+    }
+    *state = s;
+}
+
+#[inline(always)]
+unsafe fn back<V: Lanes, N: Number<V>, const P: usize, const FIRST: bool>(
+    state: &mut Back<N, P>,
+    to: [*mut f32; P],
+    stride: usize,
+    len: usize,
+    slots: *mut f32,
+    k: &Constants<V, N>,
+    lower: &[V; P],
+) {
+    let mut s = *state;
+    for i in (0..len).rev() {
+        // SAFETY: the caller has `len` unknowns and slots.
+        unsafe {
+            let mut slot = slots.add(i * N::PARTS * (1 + P) * LANES);
+            let link = s.link;
+            s.link = N::load(slot);
+            for p in 0..P {
+                slot = slot.add(N::PARTS * LANES);
+                s.values[p] = N::back(link, N::load(slot), s.values[p], k.zero);
+                let mut y = s.values[p].project(k.h);
+                let to = to[p].add(i * stride);
+                if !FIRST {
+                    let before = V::load(to);
+                    y = k.share.mul_add(y.sub(before), before);
+                }
+                y.max(lower[p]).store(to);
+            }
+        }
+    }
+    for value in &mut s.values {
+        *value = value.flush(k.tiny, k.zero);
+    }
+    *state = s;
+}
