@@ -3,6 +3,13 @@
 //! Work runs on the rayon pool in which it is called: inside `ThreadPool::install` that is the caller's own.
 //! Results are the same bytes for any number of threads.
 
+mod coc;
+mod depth_repair;
+pub mod diffusion;
+mod layers;
 mod pipeline;
+mod pool;
+mod rows;
+mod work;
 
 pub use pipeline::Renderer;

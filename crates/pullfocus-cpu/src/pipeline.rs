@@ -1,10 +1,27 @@
-//! The sentence, in code.
+//! The sentence, in code: image + depth + camera → circle of confusion → layers → method → composite.
 
-use pullfocus_core::{Camera, Cancel, Distance, Frame, Plane, Report, Result, Scene, Settings};
+use crate::layers;
+use crate::rows::{fold_rows, for_each_row};
+use crate::work::{Memory, Work};
+use crate::{coc, depth_repair};
+use pullfocus_core::depth::HALF_MAX;
+use pullfocus_core::{
+    Camera, Cancel, Distance, Element, Error, Frame, Layering, Picture, Plane, Report, Result, Scene,
+    Settings,
+};
 
 /// Renders frames, one after the other; its buffers stay from frame to frame.
+///
+/// Work runs on the rayon pool of the calling thread; use `ThreadPool::install` to bring one's own. The
+/// result is the same, byte for byte, for any number of threads. Beside the scene itself, `preview` needs
+/// two planes for each circle of confusion and up to four more (one for pictures of more than 64
+/// million pixels); `final` needs its layers, some 10 planes each.
 #[derive(Debug, Default)]
-pub struct Renderer {}
+pub struct Renderer {
+    memory: Memory,
+    coc: Plane,
+    foreground_coc: Plane,
+}
 
 impl Renderer {
     /// A renderer without buffers; the first frame makes them.
@@ -15,8 +32,11 @@ impl Renderer {
     /// Replaces `scene.base.picture` by the picture through the lens. Alpha and further planes go through
     /// the same lens; depth stays as it was. The camera may be left out where circles of confusion are given.
     ///
+    /// Colours that are no numbers have a stated rule: NaN becomes 0, infinity the largest half, 65504.
+    ///
     /// # Errors
-    /// Any [`pullfocus_core::Error`]; the picture is then unspecified, but whole.
+    /// Any [`Error`]; the picture is then unspecified, but whole. [`Error::Cancelled`] comes within 50 ms of the
+    /// flag.
     pub fn render(
         &mut self,
         scene: &mut Scene,
@@ -27,14 +47,64 @@ impl Renderer {
         settings.check()?;
         scene.check()?;
         cancel.check()?;
-        let _ = camera;
-        Ok(Report::default())
+        let mut report = Report::default();
+        let Scene { frame, base, foreground } = scene;
+        let mut work = Work {
+            diffusion: settings.diffusion,
+            vertical_scale: frame.vertical_scale(),
+            display_width: frame.display_width() as f32,
+            cancel,
+            memory: &mut self.memory,
+            report: &mut report,
+        };
+
+        work.stage("circle of confusion", |work| {
+            make_numbers(&mut base.picture, cancel)?;
+            circle(work, frame, &base.distance, camera, settings, &mut self.coc)?;
+            if let Some(Element { picture, distance }) = foreground {
+                make_numbers(picture, cancel)?;
+                circle(work, frame, distance, camera, settings, &mut self.foreground_coc)?;
+            }
+            Ok(())
+        })?;
+        work.report.coc_range = range(&self.coc, cancel)?;
+
+        match settings.layering {
+            Layering::Single => {
+                work.report.layers = 1;
+                let mut planes: Vec<&mut Plane> = base.picture.planes_mut().collect();
+                work.stage("blur", |work| work.blur(&mut planes, &self.coc, None))?;
+            }
+            Layering::Background { layers, threshold } => {
+                let threshold = threshold as f32 * work.display_width;
+                layers::blur_over_background(&mut work, &mut base.picture, &self.coc, layers, threshold)?;
+            }
+            Layering::General { layers } => {
+                layers::blur_layers(&mut work, &mut base.picture, &self.coc, layers)?;
+            }
+        }
+
+        if let Some(element) = foreground {
+            let alpha = element.picture.alpha.as_ref().ok_or(Error::Setting {
+                name: "foreground's alpha",
+                value: 0.0,
+                reason: "must be there: alpha says where the foreground covers the picture",
+            })?;
+            layers::blur_element_over(
+                &mut work,
+                &element.picture,
+                alpha,
+                &self.foreground_coc,
+                &mut base.picture,
+            )?;
+        }
+        Ok(report)
     }
 
     /// Writes the signed circle of confusion of `distance` (diameter in pixels, positive behind focus) into `coc`.
     ///
     /// # Errors
-    /// Any [`pullfocus_core::Error`].
+    /// Any [`Error`].
     pub fn circle_of_confusion(
         &mut self,
         frame: &Frame,
@@ -43,9 +113,80 @@ impl Renderer {
         settings: &Settings,
         cancel: &Cancel,
         coc: &mut Plane,
-    ) -> Result<()> {
-        let _ = (frame, camera, settings);
-        cancel.check()?;
-        coc.reset(distance.plane().size(), 0.0)
+    ) -> Result<Report> {
+        settings.check()?;
+        let mut report = Report::default();
+        let mut work = Work {
+            diffusion: settings.diffusion,
+            vertical_scale: frame.vertical_scale(),
+            display_width: frame.display_width() as f32,
+            cancel,
+            memory: &mut self.memory,
+            report: &mut report,
+        };
+        work.stage("circle of confusion", |work| circle(work, frame, distance, camera, settings, coc))?;
+        report.coc_range = range(coc, cancel)?;
+        Ok(report)
     }
+}
+
+/// The circle of confusion of one element, from its depth as it is or mended.
+fn circle(
+    work: &mut Work<'_>,
+    frame: &Frame,
+    distance: &Distance,
+    camera: Option<&Camera>,
+    settings: &Settings,
+    coc: &mut Plane,
+) -> Result<()> {
+    let Distance::Depth { plane, decoding } = distance else {
+        return coc::circle_of_confusion(frame, distance, camera, &settings.coc, work.cancel, coc);
+    };
+    let blended = depth_repair::blended_edges(plane, decoding, work.cancel)?;
+    if work.report.blended_depth_edges.is_none() {
+        work.report.blended_depth_edges = blended;
+    }
+    if !settings.repair_depth {
+        return coc::circle_of_confusion(frame, distance, camera, &settings.coc, work.cancel, coc);
+    }
+    let mut mended = work.memory.planes.take(plane.size())?;
+    depth_repair::repair(plane, decoding, work.cancel, &mut mended)?;
+    let distance = Distance::Depth { plane: mended, decoding: *decoding };
+    coc::circle_of_confusion(frame, &distance, camera, &settings.coc, work.cancel, coc)?;
+    if let Distance::Depth { plane, .. } = distance {
+        work.memory.planes.give([plane]);
+    }
+    Ok(())
+}
+
+/// Values that every solver can carry: NaN becomes 0, infinities and what is too large for a sum in f32 the
+/// largest that is not.
+fn make_numbers(picture: &mut Picture, cancel: &Cancel) -> Result<()> {
+    /// Sums over any line of any picture stay finite.
+    const LARGEST: f32 = 1e30;
+    for plane in picture.planes_mut() {
+        for_each_row(plane, cancel, |_, row| {
+            // A first look that vectorises; most rows need nothing more.
+            if row.iter().fold(true, |fine, value| fine & (value.abs() <= LARGEST)) {
+                return;
+            }
+            for value in row {
+                *value = match *value {
+                    v if v.is_nan() => 0.0,
+                    v if v.is_infinite() => HALF_MAX.copysign(v),
+                    v => v.clamp(-LARGEST, LARGEST),
+                };
+            }
+        })?;
+    }
+    Ok(())
+}
+
+/// Smallest and largest diameter.
+fn range(coc: &Plane, cancel: &Cancel) -> Result<[f32; 2]> {
+    let row =
+        |y| coc.row(y).iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[l, h], &c| [c.min(l), c.max(h)]);
+    let join = |[a, b]: [f32; 2], [c, d]: [f32; 2]| [a.min(c), b.max(d)];
+    let range = fold_rows(coc.size().height, cancel, row, join)?;
+    Ok(range.filter(|[low, high]| low <= high).unwrap_or_default())
 }

@@ -1,0 +1,92 @@
+//! The first paper's midground and background (section 3.1).
+//!
+//! # Theory
+//! Sharp things insulate: what is blurred far behind them cannot spread beneath. So the blurred background is
+//! made a second time without them. A matte alpha ramps from 0 to 1 with the circle of confusion up to a threshold;
+//! circles of confusion diffuse with gamma = alpha and a constant beta set from the threshold, colours with gamma =
+//! alpha and the new circles, and the two pictures are mixed by alpha.
+//!
+//! # Changes from the paper
+//! - Only diameters behind the plane in focus make the matte: a blurred near object is no background.
+//! - Weights blend, `mid (1 - alpha) + background alpha`; they are no coverages, so no light is lost.
+//! - Where alpha is 0 all along a line the paper's system is singular; see `crate::diffusion` for what is
+//!   done there.
+//!
+//! # Practice
+//! With several layers the thresholds double from one to the next, and each layer's matte ramps from the
+//! threshold before it to its own. Planes are taken a few at a time, so that a picture of any size needs
+//! no more than a few planes beside itself.
+
+use crate::rows::for_each_row;
+use crate::work::Work;
+use pullfocus_core::{Picture, Plane, Result};
+
+/// Planes that share one factorisation; larger pictures take one at a time, to save memory.
+const TOGETHER: usize = 4;
+/// From this many pixels on planes go one at a time.
+const LARGE: usize = 1 << 26;
+
+/// Blurs `picture` as a midground over `layers` background layers; `threshold` is in pixels.
+pub fn blur_over_background(
+    work: &mut Work<'_>,
+    picture: &mut Picture,
+    coc: &Plane,
+    layers: u32,
+    threshold: f32,
+) -> Result<()> {
+    let size = picture.size();
+    let mut planes: Vec<&mut Plane> = picture.planes_mut().collect();
+    let together = if size.area() > LARGE { 1 } else { TOGETHER };
+    let mut matte = work.memory.planes.take(size)?;
+    let mut circle = work.memory.planes.take(size)?;
+    for group in planes.chunks_mut(together) {
+        let mut behind = Vec::with_capacity(group.len());
+        let mut originals = Vec::new();
+        for plane in group.iter() {
+            behind.push(work.memory.planes.copy(plane)?);
+            if layers > 1 {
+                originals.push(work.memory.planes.copy(plane)?);
+            }
+        }
+        work.stage("midground", |work| work.blur(group, coc, None))?;
+        for layer in 0..layers {
+            let high = threshold * (1u64 << layer) as f32;
+            let low = if layer == 0 { 0.0 } else { 0.5 * high };
+            if layer > 0 {
+                for (plane, original) in behind.iter_mut().zip(&originals) {
+                    plane.data_mut().copy_from_slice(original.data());
+                }
+            }
+            work.stage("background", |work| {
+                for_each_row(&mut matte, work.cancel, |y, row| {
+                    for (alpha, &c) in row.iter_mut().zip(coc.row(y)) {
+                        *alpha = ((c - low) / (high - low)).clamp(0.0, 1.0);
+                    }
+                })?;
+                for_each_row(&mut circle, work.cancel, |y, row| {
+                    for (circle, &c) in row.iter_mut().zip(coc.row(y)) {
+                        *circle = c.max(0.0);
+                    }
+                })?;
+                work.fill(&mut [&mut circle], high, &matte)?;
+                let mut planes: Vec<&mut Plane> = behind.iter_mut().collect();
+                work.blur(&mut planes, &circle, Some(&matte))
+            })?;
+            work.stage("composite", |work| {
+                for (mid, far) in group.iter_mut().zip(&behind) {
+                    for_each_row(mid, work.cancel, |y, row| {
+                        for ((mid, &far), &alpha) in row.iter_mut().zip(far.row(y)).zip(matte.row(y)) {
+                            // Exactly the midground where alpha is 0.
+                            *mid += (far - *mid) * alpha;
+                        }
+                    })?;
+                }
+                Ok(())
+            })?;
+        }
+        work.memory.planes.give(behind.into_iter().chain(originals));
+    }
+    work.memory.planes.give([matte, circle]);
+    work.report.layers = 1 + layers as usize;
+    Ok(())
+}

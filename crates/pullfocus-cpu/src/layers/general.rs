@@ -1,0 +1,460 @@
+//! Layers through the whole depth, out of one picture.
+//!
+//! # Theory
+//! A single picture has foregrounds and backgrounds, too. It is taken apart into layers by the circle of confusion
+//! ([`pullfocus_core::split`]); each layer is filled where nearer ones hide it, blurred on its own with its premultiplied
+//! colour and its coverage, and laid over the farther ones. The farthest covers everything: alpha is a colour
+//! like the others, coverage is another thing.
+//!
+//! - *Coverage.* Where a layer is seen it covers as much as is seen of it; where a nearer one hides it, it goes on as
+//!   far as its visible share around suggests.
+//! - *Edges.* A pixel on an edge holds two colours and one depth. Its share of the near one is found from
+//!   its colour between those of the two fills, as far as they differ by more than they vary; else from
+//!   its depth.
+//! - *Exactness.* What the unblurred layers put together lack of the picture is given to them in proportion to
+//!   how much is seen of each, so that without blur the composite is the picture.
+//!
+//! # Practice
+//! One pass over the picture does all of the last three, in blocks small enough for the nearest cache.
+
+use super::edges::{self, Edges};
+use super::fill::{Sources, enlarge_row, fill, finest_step};
+use super::{census, over};
+use crate::rows::{fold_rows, rows_of};
+use crate::work::Work;
+use pullfocus_core::split::{Split, smoothstep};
+use pullfocus_core::{Picture, Plane, Result};
+use rayon::prelude::*;
+
+/// How little an edge pixel is trusted as a source of fills.
+const EDGE_TRUST: f32 = 0.1;
+/// Colours closer than this part of their size cannot be told apart on an edge.
+const COLOR_NOISE: f32 = 0.05;
+/// Weight of the layers' own variance in telling them apart.
+const VARIANCE: f32 = 8.0;
+/// An edge pixel keeps at least this share of the layer that its depth names.
+const LEAST_SHARE: f32 = 0.4;
+/// Colour planes that decide over edges: R, G, B; further planes follow.
+const LEADING: usize = 3;
+/// Pixels that go through the joint pass at a time; some 60 rows of this fit the nearest cache.
+const BLOCK: usize = 128;
+
+/// One layer's fills, on the finest grid.
+struct Filled {
+    /// Which of the split's layers.
+    layer: usize,
+    /// Colour planes, alpha where there is one.
+    colors: Vec<Plane>,
+    /// Absolute diameter.
+    circle: Plane,
+    /// Mean of the squared brightness.
+    squares: Plane,
+    /// Coverage where it is hidden; none for the farthest, which covers everything.
+    coverage: Option<Plane>,
+}
+
+/// Blurs `picture` in at most `layers` layers.
+pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, layers: u32) -> Result<()> {
+    let size = picture.size();
+    if size.area() == 0 || work.report.coc_range == [0.0, 0.0] {
+        // All in focus: the picture itself, to the last bit.
+        return Ok(());
+    }
+    let leading = picture.colors.len().min(LEADING);
+    let mut planes: Vec<&mut Plane> = picture.planes_mut().collect();
+
+    let (split, edges, filled) = work.stage("layers", |work| {
+        let split = census::split(coc, layers as usize, work.display_width, work.cancel)?;
+        let edges = edges::find(work, coc, &split)?;
+        let present = present(coc, &split, work)?;
+        let mut filled = Vec::with_capacity(present.len());
+        // From far to near.
+        for (i, &layer) in present.iter().rev().enumerate() {
+            filled.push(fill_layer(work, &planes, leading, coc, &split, &edges, layer, i == 0)?);
+        }
+        Ok((split, edges, filled))
+    })?;
+    work.report.layers = filled.len();
+
+    let count = planes.len();
+    let mut blurred = Vec::new();
+    for _ in 0..filled.len() * (count + 2) {
+        blurred.push(work.memory.planes.take(size)?);
+    }
+    work.stage("layers", |work| {
+        let inputs: Vec<&Plane> = planes.iter().map(|plane| &**plane).collect();
+        let joint = Joint {
+            inputs: &inputs,
+            leading,
+            coc,
+            split: &split,
+            edges: &edges,
+            filled: &filled,
+            step: finest_step(work.display_width),
+        };
+        joint.run(work, &mut blurred)
+    })?;
+    edges.give_back(work);
+    for layer in filled {
+        work.memory
+            .planes
+            .give(layer.colors.into_iter().chain([layer.circle, layer.squares]).chain(layer.coverage));
+    }
+
+    for (i, layer) in blurred.chunks_exact_mut(count + 2).enumerate() {
+        let Some((circle, values)) = layer.split_last_mut() else { continue };
+        // The farthest covers everything, and that needs no blur.
+        let used = if i == 0 { count } else { count + 1 };
+        let mut used: Vec<&mut Plane> = values[..used].iter_mut().collect();
+        work.stage("blur", |work| work.blur(&mut used, circle, None))?;
+        work.stage("composite", |work| {
+            let coverage = if i == 0 { None } else { Some(&values[count]) };
+            for (plane, layer) in planes.iter_mut().zip(&values[..count]) {
+                over(plane, layer, coverage, work.cancel)?;
+            }
+            Ok(())
+        })?;
+    }
+    work.memory.planes.give(blurred);
+    Ok(())
+}
+
+/// The split's layers that the picture has any of, from near to far.
+fn present(coc: &Plane, split: &Split, work: &Work<'_>) -> Result<Vec<usize>> {
+    let row = |y: usize| {
+        let mut found = vec![false; split.layers()];
+        for &c in coc.row(y) {
+            let u = split.position(c);
+            for (layer, found) in found.iter_mut().enumerate() {
+                *found |= split.membership(layer, u).seen > 0.0;
+            }
+        }
+        found
+    };
+    let join = |a: Vec<bool>, b: Vec<bool>| a.iter().zip(&b).map(|(a, b)| a | b).collect();
+    let found = fold_rows(coc.size().height, work.cancel, row, join)?.unwrap_or_default();
+    Ok((0..split.layers()).filter(|&layer| found[layer]).collect())
+}
+
+/// The values of one layer: the picture's planes, the diameter, the squared brightness.
+struct Values<'a> {
+    planes: &'a [&'a mut Plane],
+    leading: usize,
+    coc: &'a Plane,
+    split: &'a Split,
+    edges: &'a Edges,
+    layer: usize,
+}
+
+impl Sources for Values<'_> {
+    fn count(&self) -> usize {
+        self.planes.len() + 2
+    }
+
+    fn row(&self, k: usize, y: usize, out: &mut [f32]) {
+        if let Some(plane) = self.planes.get(k) {
+            out.copy_from_slice(plane.row(y));
+        } else if k == self.planes.len() {
+            for (out, c) in out.iter_mut().zip(self.coc.row(y)) {
+                *out = c.abs();
+            }
+        } else {
+            brightness(&self.planes[..self.leading], y, out);
+            for value in out {
+                *value *= *value;
+            }
+        }
+    }
+
+    fn weights(&self, y: usize, out: &mut [f32]) {
+        for ((weight, &c), &edge) in out.iter_mut().zip(self.coc.row(y)).zip(self.edges.strength.row(y)) {
+            let seen = self.split.membership(self.layer, self.split.position(c)).seen;
+            *weight = seen * (1.0 - edge * (1.0 - EDGE_TRUST));
+        }
+    }
+}
+
+/// Mean of the leading planes.
+fn brightness(planes: &[&mut Plane], y: usize, out: &mut [f32]) {
+    out.fill(0.0);
+    let share = 1.0 / planes.len().max(1) as f32;
+    for plane in planes {
+        for (out, value) in out.iter_mut().zip(plane.row(y)) {
+            *out += share * value;
+        }
+    }
+}
+
+/// The coverage of one layer, known where nothing nearer hides it.
+struct Coverage<'a> {
+    coc: &'a Plane,
+    split: &'a Split,
+    edges: &'a Edges,
+    layer: usize,
+}
+
+impl Sources for Coverage<'_> {
+    fn count(&self) -> usize {
+        1
+    }
+
+    fn row(&self, _: usize, y: usize, out: &mut [f32]) {
+        for (out, &c) in out.iter_mut().zip(self.coc.row(y)) {
+            *out = self.split.membership(self.layer, self.split.position(c)).seen;
+        }
+    }
+
+    fn weights(&self, y: usize, out: &mut [f32]) {
+        for ((weight, &c), &edge) in out.iter_mut().zip(self.coc.row(y)).zip(self.edges.strength.row(y)) {
+            let behind = self.split.membership(self.layer, self.split.position(c)).behind;
+            *weight = behind * (1.0 - edge * (1.0 - EDGE_TRUST));
+        }
+    }
+}
+
+#[allow(clippy::too_many_arguments)]
+fn fill_layer(
+    work: &mut Work<'_>,
+    planes: &[&mut Plane],
+    leading: usize,
+    coc: &Plane,
+    split: &Split,
+    edges: &Edges,
+    layer: usize,
+    farthest: bool,
+) -> Result<Filled> {
+    let mut colors = fill(work, coc.size(), &Values { planes, leading, coc, split, edges, layer })?;
+    let squares = colors.pop().unwrap_or_default();
+    let circle = colors.pop().unwrap_or_default();
+    let coverage =
+        if farthest { None } else { fill(work, coc.size(), &Coverage { coc, split, edges, layer })?.pop() };
+    Ok(Filled { layer, colors, circle, squares, coverage })
+}
+
+/// The pass that makes every layer's premultiplied colour, coverage and diameter.
+struct Joint<'a> {
+    inputs: &'a [&'a Plane],
+    leading: usize,
+    coc: &'a Plane,
+    split: &'a Split,
+    edges: &'a Edges,
+    filled: &'a [Filled],
+    step: usize,
+}
+
+type Row = [f32; BLOCK];
+const ZERO: Row = [0.0; BLOCK];
+
+/// What the joint pass knows of one layer in one block.
+struct LayerRows {
+    fills: Vec<Row>,
+    circle: Row,
+    variance: Row,
+    /// Coverage where the layer is hidden.
+    hidden: Row,
+    /// Coverage in the end.
+    coverage: Row,
+    seen: Row,
+    behind: Row,
+    /// At the nearest and the farthest diameter around.
+    at_near: [Row; 2],
+    at_far: [Row; 2],
+    weight: Row,
+}
+
+impl LayerRows {
+    fn new(planes: usize) -> Self {
+        Self {
+            fills: vec![ZERO; planes],
+            circle: ZERO,
+            variance: ZERO,
+            hidden: ZERO,
+            coverage: ZERO,
+            seen: ZERO,
+            behind: ZERO,
+            at_near: [ZERO; 2],
+            at_far: [ZERO; 2],
+            weight: ZERO,
+        }
+    }
+}
+
+impl Joint<'_> {
+    /// Fills `out`: for each layer, far to near, its planes, coverage and diameter.
+    fn run(&self, work: &Work<'_>, out: &mut [Plane]) -> Result<()> {
+        let width = self.coc.size().width;
+        rows_of(out).par_iter_mut().enumerate().with_min_len(4).try_for_each_init(
+            || self.filled.iter().map(|_| LayerRows::new(self.inputs.len())).collect::<Vec<_>>(),
+            |layers, (y, rows)| {
+                work.cancel.check()?;
+                for x in (0..width).step_by(BLOCK) {
+                    self.block(y, x, BLOCK.min(width - x), layers, rows);
+                }
+                Ok(())
+            },
+        )
+    }
+
+    fn block(&self, y: usize, x: usize, n: usize, layers: &mut [LayerRows], out: &mut [&mut [f32]]) {
+        let count = self.inputs.len();
+        let part = |plane: &'_ Plane| -> Row {
+            let mut row = ZERO;
+            row[..n].copy_from_slice(&plane.row(y)[x..x + n]);
+            row
+        };
+        let c = part(self.coc);
+        let near = part(&self.edges.near);
+        let far = part(&self.edges.far);
+        let edge = part(&self.edges.strength);
+        let inputs: Vec<Row> = self.inputs.iter().map(|plane| part(plane)).collect();
+        let on_edge = edge[..n].iter().any(|&e| e > 0.0);
+        self.load(y, x, n, layers, [&c, &near, &far], on_edge);
+
+        if on_edge {
+            let share = self.share(layers, &inputs, [&c, &near, &far]);
+            for layer in &mut layers[1..] {
+                for i in 0..BLOCK {
+                    let at = |[seen, behind]: &[Row; 2]| seen[i] + (1.0 - behind[i]) * layer.hidden[i];
+                    let mixed = share[i] * at(&layer.at_near) + (1.0 - share[i]) * at(&layer.at_far);
+                    layer.coverage[i] += (mixed - layer.coverage[i]) * edge[i];
+                }
+            }
+        }
+
+        // What is seen of each layer, from near to far.
+        let mut clear = [1f32; BLOCK];
+        let mut squares = ZERO;
+        for layer in layers.iter_mut().rev() {
+            for i in 0..BLOCK {
+                layer.weight[i] = layer.coverage[i] * clear[i];
+                clear[i] *= 1.0 - layer.coverage[i];
+                squares[i] += layer.weight[i] * layer.weight[i];
+            }
+        }
+        for square in &mut squares {
+            *square = 1.0 / square.max(1e-6);
+        }
+        for (p, input) in inputs.iter().enumerate() {
+            let mut rest = *input;
+            for layer in layers.iter_mut() {
+                for i in 0..BLOCK {
+                    let own = if layer.seen[i] > 0.0 { layer.behind[i] * (1.0 - edge[i]) } else { 0.0 };
+                    let fill = layer.fills[p][i];
+                    let color = fill + (input[i] - fill) * own;
+                    layer.fills[p][i] = color;
+                    rest[i] -= layer.weight[i] * color;
+                }
+            }
+            for (layer, out) in layers.iter().zip(out.chunks_exact_mut(count + 2)) {
+                let mut premultiplied = ZERO;
+                for i in 0..BLOCK {
+                    let color = layer.fills[p][i] + rest[i] * layer.weight[i] * squares[i];
+                    premultiplied[i] = color * layer.coverage[i];
+                }
+                out[p][x..x + n].copy_from_slice(&premultiplied[..n]);
+            }
+        }
+        for (layer, out) in layers.iter().zip(out.chunks_exact_mut(count + 2)) {
+            out[count][x..x + n].copy_from_slice(&layer.coverage[..n]);
+            let mut circle = ZERO;
+            for i in 0..BLOCK {
+                let own = layer.seen[i] * (1.0 - edge[i]);
+                circle[i] = layer.circle[i] + (c[i].abs() - layer.circle[i]) * own;
+            }
+            out[count + 1][x..x + n].copy_from_slice(&circle[..n]);
+        }
+    }
+
+    /// Brings the fills of a block to the picture's own grid, and finds memberships.
+    fn load(
+        &self,
+        y: usize,
+        x: usize,
+        n: usize,
+        layers: &mut [LayerRows],
+        [c, near, far]: [&Row; 3],
+        on_edge: bool,
+    ) {
+        let position = |row: &Row| row.map(|c| self.split.position(c));
+        let own = position(c);
+        let (near, far) = if on_edge { (position(near), position(far)) } else { (ZERO, ZERO) };
+        for (row, filled) in layers.iter_mut().zip(self.filled) {
+            let bring = |plane: &Plane, out: &mut Row| enlarge_row(plane, self.step, y, x, &mut out[..n]);
+            for (fill, plane) in row.fills.iter_mut().zip(&filled.colors) {
+                bring(plane, fill);
+            }
+            bring(&filled.circle, &mut row.circle);
+            let member = |u: &Row, seen: &mut Row, behind: &mut Row| {
+                for i in 0..BLOCK {
+                    let membership = self.split.membership(filled.layer, u[i]);
+                    seen[i] = membership.seen;
+                    behind[i] = membership.behind;
+                }
+            };
+            member(&own, &mut row.seen, &mut row.behind);
+            match &filled.coverage {
+                Some(plane) => {
+                    bring(plane, &mut row.hidden);
+                    for i in 0..BLOCK {
+                        row.coverage[i] = row.seen[i] + (1.0 - row.behind[i]) * row.hidden[i];
+                    }
+                }
+                None => {
+                    row.hidden = [1.0; BLOCK];
+                    row.coverage = [1.0; BLOCK];
+                }
+            }
+            if on_edge {
+                bring(&filled.squares, &mut row.variance);
+                let share = 1.0 / self.leading.max(1) as f32;
+                for i in 0..BLOCK {
+                    let mean: f32 = row.fills[..self.leading].iter().map(|fill| fill[i]).sum::<f32>() * share;
+                    row.variance[i] = (row.variance[i] - mean * mean).max(0.0) * self.leading as f32;
+                }
+                let [seen, behind] = &mut row.at_near;
+                member(&near, seen, behind);
+                let [seen, behind] = &mut row.at_far;
+                member(&far, seen, behind);
+            }
+        }
+    }
+
+    /// How much of each pixel the near side of its edge covers.
+    fn share(&self, layers: &[LayerRows], inputs: &[Row], [c, near, far]: [&Row; 3]) -> Row {
+        let mut noise = ZERO;
+        for layer in layers {
+            for i in 0..BLOCK {
+                noise[i] += layer.variance[i] * layer.at_near[0][i].max(layer.at_far[0][i]);
+            }
+        }
+        let (mut along, mut length, mut size) = (ZERO, ZERO, ZERO);
+        for p in 0..self.leading {
+            let mut sides = [ZERO; 2];
+            for (l, layer) in layers.iter().enumerate() {
+                for (side, at) in sides.iter_mut().zip([&layer.at_near, &layer.at_far]) {
+                    for i in 0..BLOCK {
+                        let coverage =
+                            if l == 0 { 1.0 } else { at[0][i] + (1.0 - at[1][i]) * layer.hidden[i] };
+                        side[i] += (layer.fills[p][i] - side[i]) * coverage;
+                    }
+                }
+            }
+            let [front, back] = sides;
+            for i in 0..BLOCK {
+                let apart = front[i] - back[i];
+                along[i] += (inputs[p][i] - back[i]) * apart;
+                length[i] += apart * apart;
+                size[i] += front[i] * front[i] + back[i] * back[i];
+            }
+        }
+        let mut share = ZERO;
+        for i in 0..BLOCK {
+            let between = ((far[i] - c[i]) - (c[i] - near[i])) / (far[i] - near[i]).max(1e-6);
+            let own = smoothstep(2.0 * between + 0.5);
+            let doubt = COLOR_NOISE * COLOR_NOISE * size[i] + VARIANCE * noise[i] + 1e-6;
+            let found = (along[i] + doubt * own) / (length[i] + doubt);
+            share[i] = found.clamp(LEAST_SHARE * own, 1.0 - LEAST_SHARE * (1.0 - own));
+        }
+        share
+    }
+}

@@ -1,0 +1,27 @@
+//! Layers: the picture taken apart by its circle of confusion, blurred, and put together again.
+
+mod background;
+mod census;
+mod edges;
+mod fill;
+mod foreground;
+mod general;
+
+pub use background::blur_over_background;
+pub use foreground::blur_element_over;
+pub use general::blur_layers;
+
+use crate::rows::for_each_row;
+use pullfocus_core::{Cancel, Plane, Result};
+
+/// Lays a premultiplied plane over another. Without coverage it covers all.
+fn over(behind: &mut Plane, front: &Plane, coverage: Option<&Plane>, cancel: &Cancel) -> Result<()> {
+    for_each_row(behind, cancel, |y, row| match coverage {
+        None => row.copy_from_slice(front.row(y)),
+        Some(coverage) => {
+            for ((behind, &front), &coverage) in row.iter_mut().zip(front.row(y)).zip(coverage.row(y)) {
+                *behind = front + (1.0 - coverage.clamp(0.0, 1.0)) * *behind;
+            }
+        }
+    })
+}

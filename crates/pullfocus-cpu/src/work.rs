@@ -1,0 +1,78 @@
+//! What every step of a render has at hand.
+
+use crate::diffusion::{Conductivity, DiffusionBuffers, Medium, diffuse};
+use crate::pool::PlanePool;
+use pullfocus_core::diffusion::Calibration;
+use pullfocus_core::{Cancel, Diffusion, Integrator, Plane, Report, Result, Solver};
+use std::time::Instant;
+
+/// Memory that stays from frame to frame.
+#[derive(Debug, Default)]
+pub struct Memory {
+    /// Spare planes.
+    pub planes: PlanePool,
+    /// The solvers' scratch.
+    pub diffusion: DiffusionBuffers,
+}
+
+/// One render's surroundings: settings, memory, the caller's wish to stop.
+pub struct Work<'a> {
+    /// How a layer is blurred.
+    pub diffusion: Diffusion,
+    /// Pixels of height for one pixel of width.
+    pub vertical_scale: f32,
+    /// Width of the display window in pixels: what thresholds are parts of.
+    pub display_width: f32,
+    /// The caller's flag.
+    pub cancel: &'a Cancel,
+    /// Planes and scratch.
+    pub memory: &'a mut Memory,
+    /// What is told afterwards.
+    pub report: &'a mut Report,
+}
+
+/// One backward-Euler step by elimination: what fills and extends, whatever the method of the blur.
+const FILL: Diffusion = Diffusion {
+    calibration: Calibration::Variance,
+    integrator: Integrator::BackwardEuler { steps: 1 },
+    solver: Solver::Lu,
+};
+
+impl Work<'_> {
+    /// Blurs planes by the circle of confusion `circle` (its sign does not matter) with the method of the
+    /// settings. Small negative lobes do not bring a plane below 0, nor below its own least value.
+    pub fn blur(&mut self, planes: &mut [&mut Plane], circle: &Plane, gamma: Option<&Plane>) -> Result<()> {
+        let conductivity = Conductivity::Circle(circle);
+        let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
+        diffuse(planes, &medium, &self.diffusion, true, &mut self.memory.diffusion, self.cancel)
+    }
+
+    /// Fills planes from where `gamma` is, as far as a circle of `diameter` pixels reaches and, where nothing
+    /// is nearer, beyond (first paper, 3.1: constant beta).
+    pub fn fill(&mut self, planes: &mut [&mut Plane], diameter: f32, gamma: &Plane) -> Result<()> {
+        let medium = Medium {
+            conductivity: Conductivity::Uniform(diameter),
+            gamma: Some(gamma),
+            vertical_scale: self.vertical_scale,
+        };
+        diffuse(planes, &medium, &FILL, false, &mut self.memory.diffusion, self.cancel)
+    }
+
+    /// Smooths planes evenly, as a circle of `diameter` pixels would; keeps sums.
+    pub fn smooth(&mut self, planes: &mut [&mut Plane], diameter: f32) -> Result<()> {
+        let medium = Medium {
+            conductivity: Conductivity::Uniform(diameter),
+            gamma: None,
+            vertical_scale: self.vertical_scale,
+        };
+        diffuse(planes, &medium, &FILL, false, &mut self.memory.diffusion, self.cancel)
+    }
+
+    /// Runs a stage and adds its time to the report.
+    pub fn stage<T>(&mut self, name: &'static str, f: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        let start = Instant::now();
+        let result = f(self);
+        self.report.add(name, start.elapsed());
+        result
+    }
+}
