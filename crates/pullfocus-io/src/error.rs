@@ -78,6 +78,12 @@ pub enum FileError {
         /// Why it cannot be used, and what can.
         reason: String,
     },
+    /// A result is there already.
+    #[error("{}: exists already; choose another name, or allow overwriting", file.display())]
+    Exists {
+        /// The file.
+        file: PathBuf,
+    },
     /// Memory, sizes, or cancellation.
     #[error(transparent)]
     Core(#[from] pullfocus_core::Error),

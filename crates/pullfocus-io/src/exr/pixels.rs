@@ -5,6 +5,7 @@ use crate::error::{FileError, FileResult};
 use crate::exr::container::{Container, Extent, guarded};
 use crate::exr::names::Channel;
 use crate::exr::selection::SampleType;
+use exr::compression::Compression;
 use exr::meta::attribute::IntegerBounds;
 use exr::meta::header::Header;
 use half::f16;
@@ -76,6 +77,7 @@ pub(crate) fn decode(container: &Container, extent: Extent, compressed: Vec<u8>)
     let section = part.section(extent.index)?;
     let header = &part.header;
     let expected = section.size.area() * header.channels.bytes_per_pixel;
+    check_dwa(header.compression, &compressed, expected).map_err(|reason| container.damaged(reason))?;
     let bytes =
         guarded(|| header.compression.decompress_image_section_from_le(header, compressed, section, false))
             .map_err(|reason| {
@@ -94,6 +96,22 @@ pub(crate) fn decode(container: &Container, extent: Extent, compressed: Vec<u8>)
         return Err(container.damaged("a block of pixels has the wrong size"));
     }
     Ok(Block { section, bytes })
+}
+
+/// A DWA block begins with the sizes of what it unpacks to, for which the decoder takes memory at once.
+/// Refuses sizes that the block's pixels cannot need.
+fn check_dwa(compression: Compression, compressed: &[u8], expected: usize) -> Result<(), String> {
+    if !matches!(compression, Compression::DWAA(_) | Compression::DWAB(_)) || compressed.len() == expected {
+        return Ok(());
+    }
+    // Version, then: bytes unknown, packed, AC packed, DC packed, RLE packed, RLE unpacked, RLE raw, AC values,
+    // DC values. Tiles are padded to 8 x 8, and packing may lengthen: sixteen times is beyond them all.
+    let most = (expected as u64).saturating_mul(16).saturating_add(1 << 16);
+    let sizes = compressed.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default()));
+    match sizes.skip(1).take(9).find(|&size| size > most) {
+        Some(size) => Err(format!("a DWA block claims {size} bytes for {expected} bytes of pixels")),
+        None => Ok(()),
+    }
 }
 
 /// Fills planes from channels of flat parts without sub-sampled channels.
