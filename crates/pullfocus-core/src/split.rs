@@ -92,6 +92,29 @@ impl Split {
         self.cuts.len() + 1
     }
 
+    /// Without the layers of which no bin of `pixels` shows anything.
+    fn without_empty(mut self, pixels: &[f64]) -> Self {
+        let seen = |split: &Self, layer: usize| {
+            (0..BINS).any(|bin| {
+                let u = bin_centre(bin);
+                // A bin's pixels may lie one bin to either side.
+                let near = |by: f64| split.membership(layer, (u + by) as f32).seen > 0.0;
+                pixels[bin] > 0.0 && (near(-BIN) || near(0.0) || near(BIN))
+            })
+        };
+        let mut layer = 0;
+        while layer < self.layers() && self.layers() > 1 {
+            if seen(&self, layer) {
+                layer += 1;
+            } else {
+                // What lies on either side of an empty layer is cut by its far side, or by its near side where it is
+                // the farthest.
+                self.cuts.remove(layer.min(self.cuts.len() - 1));
+            }
+        }
+        self
+    }
+
     /// The position of a diameter on the scale.
     #[inline(always)]
     pub fn position(&self, c: f32) -> f32 {
@@ -177,7 +200,7 @@ impl Census {
         self.count += other.count;
     }
 
-    /// The cuts for `layers` layers of a picture `display_width` pixels wide.
+    /// The cuts for at most `layers` layers of a picture `display_width` pixels wide.
     pub fn split(&self, layers: usize, display_width: f32) -> Split {
         let knee = knee(display_width);
         let count = self.count.max(1.0);
@@ -227,7 +250,7 @@ impl Census {
                 Cut { at: at as f32, half: half as f32, overlap: overlap as f32 }
             })
             .collect();
-        Split { cuts, knee }
+        Split { cuts, knee }.without_empty(&self.pixels)
     }
 }
 

@@ -118,13 +118,12 @@ fn reference(settings: &Diffusion, medium: &Medium<'_>, plane: &Plane) -> Vec<f6
 /// Largest difference, as a part of the largest value.
 fn error(found: &Plane, expected: &[f64]) -> f64 {
     let largest = expected.iter().fold(0.0, |a: f64, b| a.max(b.abs())).max(1e-30);
-    let worst =
-        found
-            .data()
-            .iter()
-            .zip(expected)
-            .map(|(a, b)| (f64::from(*a) - b).abs())
-            .fold(0.0, |a, b| if b.is_nan() { f64::INFINITY } else { f64::max(a, b) });
+    let worst = found
+        .data()
+        .iter()
+        .zip(expected)
+        .map(|(a, b)| (f64::from(*a) - b).abs())
+        .fold(0.0, |a, b| if b.is_nan() { f64::INFINITY } else { f64::max(a, b) });
     worst / largest
 }
 
@@ -133,7 +132,11 @@ fn solvers() -> [Solver; 2] {
 }
 
 fn integrators() -> [Integrator; 3] {
-    [Integrator::BackwardEuler { steps: 1 }, Integrator::BackwardEuler { steps: 3 }, Integrator::Rational(Rational::GAUSSIAN)]
+    [
+        Integrator::BackwardEuler { steps: 1 },
+        Integrator::BackwardEuler { steps: 3 },
+        Integrator::Rational(Rational::GAUSSIAN),
+    ]
 }
 
 /// Some tens of roundings of f32 (6e-8 each) add up along a line; numerics measured 3.5e-6 at 1920.

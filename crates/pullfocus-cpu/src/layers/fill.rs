@@ -37,34 +37,32 @@ pub fn grid_size(size: Size, step: usize) -> Size {
     Size::new(size.width.div_ceil(step), size.height.div_ceil(step))
 }
 
-/// Where a fill's values come from: a row of source `k` at row `y` of the picture.
+/// Where a fill's values come from.
 pub trait Sources: Sync {
-    /// Number of sources.
-    fn count(&self) -> usize;
-    /// Writes row `y` of source `k` for all columns.
-    fn row(&self, k: usize, y: usize, out: &mut [f32]);
-    /// Writes row `y` of the weights.
-    fn weights(&self, y: usize, out: &mut [f32]);
+    /// How many values each group has that shares a weight.
+    fn groups(&self) -> &[usize];
+    /// Writes row `y`: for each group its values times their weight, then the weight.
+    fn weighted_rows(&self, y: usize, rows: &mut [Vec<f32>]);
 }
 
-/// Fills every source from where its weight is. The planes are on the finest grid ([`finest_step`]).
+/// Fills every value of every group from where its weight is. The planes are on the finest grid ([`finest_step`]).
 pub fn fill(work: &mut Work<'_>, size: Size, sources: &impl Sources) -> Result<Vec<Plane>> {
     let first = finest_step(work.display_width);
-    let count = sources.count();
+    let count: usize = sources.groups().iter().map(|values| values + 1).sum();
     let mut levels: Vec<Vec<Plane>> = Vec::with_capacity(SCALES.len());
-    let mut fine = Vec::with_capacity(count + 1);
-    for _ in 0..=count {
+    let mut fine = Vec::with_capacity(count);
+    for _ in 0..count {
         fine.push(work.memory.planes.take(grid_size(size, first))?);
     }
     gather(work.cancel, size, first, sources, &mut fine)?;
     levels.push(fine);
     for level in 1..SCALES.len() {
         let ratio = SCALES[level].1 / SCALES[level - 1].1;
-        let mut coarse = Vec::with_capacity(count + 1);
+        let mut coarse = Vec::with_capacity(count);
         for plane in &levels[level - 1] {
-            let mut half = work.memory.planes.take(grid_size(plane.size(), ratio))?;
-            shrink(work.cancel, plane, ratio, &mut half)?;
-            coarse.push(half);
+            let mut shrunk = work.memory.planes.take(grid_size(plane.size(), ratio))?;
+            shrink(work.cancel, plane, ratio, &mut shrunk)?;
+            coarse.push(shrunk);
         }
         levels.push(coarse);
     }
@@ -77,20 +75,26 @@ pub fn fill(work: &mut Work<'_>, size: Size, sources: &impl Sources) -> Result<V
 
     let mut coarser: Option<(Vec<Plane>, usize)> = None;
     for (mut planes, (_, step)) in levels.into_iter().zip(SCALES).rev() {
-        let Some(weights) = planes.pop() else { continue };
-        for (k, plane) in planes.iter_mut().enumerate() {
-            let below = coarser.as_ref().map(|(below, coarse_step)| (&below[k], coarse_step / step));
-            divide(work.cancel, plane, &weights, below)?;
+        let mut filled = Vec::with_capacity(count);
+        for &values in sources.groups() {
+            let rest = planes.split_off(values + 1);
+            let weights = planes.pop().unwrap_or_default();
+            for plane in &mut planes {
+                let below = coarser.as_ref().map(|(below, coarse)| (&below[filled.len()], coarse / step));
+                divide(work.cancel, plane, &weights, below)?;
+                filled.push(std::mem::take(plane));
+            }
+            work.memory.planes.give([weights]);
+            planes = rest;
         }
-        work.memory.planes.give([weights]);
-        if let Some((below, _)) = coarser.replace((planes, step)) {
+        if let Some((below, _)) = coarser.replace((filled, step)) {
             work.memory.planes.give(below);
         }
     }
     Ok(coarser.map(|(planes, _)| planes).unwrap_or_default())
 }
 
-/// Means of value times weight, then of the weight, over the cells of the finest grid.
+/// Means of what the sources give over the cells of the finest grid.
 fn gather(
     cancel: &Cancel,
     size: Size,
@@ -98,38 +102,23 @@ fn gather(
     sources: &impl Sources,
     planes: &mut [Plane],
 ) -> Result<()> {
-    let grid = grid_size(size, step);
-    if grid.area() == 0 {
-        return Ok(());
-    }
+    let count = planes.len();
     rows_of(planes).par_iter_mut().enumerate().with_min_len(8).try_for_each_init(
-        || (vec![0f32; size.width], vec![0f32; size.width]),
-        |(weights, values), (j, out)| {
+        || vec![vec![0f32; size.width]; count],
+        |rows, (j, cells)| {
             cancel.check()?;
-            for plane in out.iter_mut() {
-                plane.fill(0.0);
+            for cells in cells.iter_mut() {
+                cells.fill(0.0);
             }
             for dy in 0..step {
-                let y = (j * step + dy).min(size.height - 1);
-                sources.weights(y, weights);
-                let (last, planes) = match out.split_last_mut() {
-                    Some(split) => split,
-                    None => return Ok(()),
-                };
-                add_cells(last, weights, step);
-                for (k, plane) in planes.iter_mut().enumerate() {
-                    sources.row(k, y, values);
-                    for (value, weight) in values.iter_mut().zip(weights.iter()) {
-                        *value *= weight;
-                    }
-                    add_cells(plane, values, step);
+                sources.weighted_rows((j * step + dy).min(size.height - 1), rows);
+                for (cells, row) in cells.iter_mut().zip(rows.iter()) {
+                    add_cells(cells, row, step);
                 }
             }
             let share = 1.0 / (step * step) as f32;
-            for plane in out.iter_mut() {
-                for value in plane.iter_mut() {
-                    *value *= share;
-                }
+            for value in cells.iter_mut().flat_map(|cells| cells.iter_mut()) {
+                *value *= share;
             }
             Ok(())
         },
@@ -193,36 +182,60 @@ fn divide(
     })
 }
 
-/// Row `y` of `plane` enlarged `ratio` times, bilinearly, from column `x0` on.
+/// Row `y` of `plane` enlarged `ratio` times (1 or an even number), bilinearly, from column `x0` on; `x0` is
+/// a multiple of the ratio.
 pub fn enlarge_row(plane: &Plane, ratio: usize, y: usize, x0: usize, out: &mut [f32]) {
     if ratio == 1 {
         out.copy_from_slice(&plane.row(y)[x0..][..out.len()]);
         return;
     }
     let size = plane.size();
-    let place = |at: usize, nodes: usize| {
-        let t = (at as f32 + 0.5) / ratio as f32 - 0.5;
-        let low = t.floor();
-        let index = low as isize;
-        let clamp = |i: isize| i.clamp(0, nodes as isize - 1) as usize;
-        (clamp(index), clamp(index + 1), t - low)
+    // Where a pixel lies between the node before its cell's or that cell's, and the next one.
+    let place = |at: usize| {
+        let t = (at % ratio) as f32 + 0.5 - 0.5 * ratio as f32;
+        let cell = at / ratio;
+        let part = t / ratio as f32;
+        if part < 0.0 { (cell.saturating_sub(1), cell, 1.0 + part) } else { (cell, cell + 1, part) }
     };
-    let (j0, j1, down) = place(y, size.height);
-    let (above, below) = (plane.row(j0), plane.row(j1));
+    let (j0, j1, down) = place(y);
+    let (above, below) = (plane.row(j0), plane.row(j1.min(size.height - 1)));
     let node = |i: usize| above[i] + (below[i] - above[i]) * down;
-    let mut x = 0;
-    while x < out.len() {
-        // All pixels of one cell half lie between the same two nodes.
-        let (i0, i1, _) = place(x0 + x, size.width);
-        let (left, right) = (node(i0), node(i1));
-        let start = x;
-        while x < out.len() {
-            let (k0, k1, across) = place(x0 + x, size.width);
-            if (k0, k1) != (i0, i1) && x > start {
-                break;
+    let first = x0 / ratio;
+    let mut before = node(first.saturating_sub(1));
+    let mut own = node(first);
+    for (k, cell) in out.chunks_mut(ratio).enumerate() {
+        let after = node((first + k + 1).min(size.width - 1));
+        for (r, value) in cell.iter_mut().enumerate() {
+            let part = (r as f32 + 0.5) / ratio as f32 - 0.5;
+            *value = if part < 0.0 { own + (own - before) * part } else { own + (after - own) * part };
+        }
+        (before, own) = (own, after);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn enlarging_is_bilinear_and_stays_within_the_border() {
+        let plane = Plane::from_fn(Size::new(5, 4), |x, y| (3 * x + 7 * y) as f32).unwrap();
+        for ratio in [1usize, 2, 4, 8] {
+            for y in 0..4 * ratio {
+                let mut row = vec![0.0; 5 * ratio];
+                enlarge_row(&plane, ratio, y, 0, &mut row);
+                for (x, value) in row.iter().enumerate() {
+                    let at = |i: usize, n: usize| {
+                        ((i as f32 + 0.5) / ratio as f32 - 0.5).clamp(0.0, n as f32 - 1.0)
+                    };
+                    let expected = 3.0 * at(x, 5) + 7.0 * at(y, 4);
+                    // Sums of a few f32 below 40.
+                    assert!((value - expected).abs() < 1e-4, "{ratio} {x} {y} {value} {expected}");
+                }
+                let mut part = vec![0.0; 2 * ratio];
+                enlarge_row(&plane, ratio, y, ratio, &mut part);
+                assert_eq!(part, row[ratio..3 * ratio]);
             }
-            out[x] = left + (right - left) * across;
-            x += 1;
         }
     }
 }

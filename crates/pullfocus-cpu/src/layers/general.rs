@@ -20,7 +20,7 @@
 use super::edges::{self, Edges};
 use super::fill::{Sources, enlarge_row, fill, finest_step};
 use super::{census, over};
-use crate::rows::{fold_rows, rows_of};
+use crate::rows::rows_of;
 use crate::work::Work;
 use pullfocus_core::split::{Split, smoothstep};
 use pullfocus_core::{Picture, Plane, Result};
@@ -49,8 +49,10 @@ struct Filled {
     circle: Plane,
     /// Mean of the squared brightness.
     squares: Plane,
-    /// Coverage where it is hidden; none for the farthest, which covers everything.
+    /// Coverage where it is hidden.
     coverage: Option<Plane>,
+    /// The farthest covers everything.
+    farthest: bool,
 }
 
 /// Blurs `picture` in at most `layers` layers.
@@ -63,16 +65,24 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
     let leading = picture.colors.len().min(LEADING);
     let mut planes: Vec<&mut Plane> = picture.planes_mut().collect();
 
-    let (split, edges, filled) = work.stage("layers", |work| {
-        let split = census::split(coc, layers as usize, work.display_width, work.cancel)?;
+    let (split, scale, edges, filled) = work.stage("layers", |work| {
+        let (split, scale) = census::split(work, coc, layers as usize)?;
         let edges = edges::find(work, coc, &split)?;
-        let present = present(coc, &split, work)?;
-        let mut filled = Vec::with_capacity(present.len());
+        let mut filled = Vec::with_capacity(split.layers());
         // From far to near.
-        for (i, &layer) in present.iter().rev().enumerate() {
-            filled.push(fill_layer(work, &planes, leading, coc, &split, &edges, layer, i == 0)?);
+        for layer in (0..split.layers()).rev() {
+            let farthest = layer + 1 == split.layers();
+            // The farthest covers everything: there is nothing to find out about its coverage.
+            let groups = [planes.len() + 2, 1];
+            let (planes, split, scale, edges) = (&planes[..], &split, &scale, &edges);
+            let seen = Seen { planes, leading, coc, split, scale, edges, layer, groups };
+            let mut colors = fill(work, size, &seen)?;
+            let coverage = colors.pop();
+            let squares = colors.pop().unwrap_or_default();
+            let circle = colors.pop().unwrap_or_default();
+            filled.push(Filled { layer, colors, circle, squares, coverage, farthest });
         }
-        Ok((split, edges, filled))
+        Ok((split, scale, edges, filled))
     })?;
     work.report.layers = filled.len();
 
@@ -87,6 +97,7 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
             inputs: &inputs,
             leading,
             coc,
+            scale: &scale,
             split: &split,
             edges: &edges,
             filled: &filled,
@@ -95,6 +106,7 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
         joint.run(work, &mut blurred)
     })?;
     edges.give_back(work);
+    work.memory.planes.give([scale]);
     for layer in filled {
         work.memory
             .planes
@@ -119,116 +131,58 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
     Ok(())
 }
 
-/// The split's layers that the picture has any of, from near to far.
-fn present(coc: &Plane, split: &Split, work: &Work<'_>) -> Result<Vec<usize>> {
-    let row = |y: usize| {
-        let mut found = vec![false; split.layers()];
-        for &c in coc.row(y) {
-            let u = split.position(c);
-            for (layer, found) in found.iter_mut().enumerate() {
-                *found |= split.membership(layer, u).seen > 0.0;
-            }
-        }
-        found
-    };
-    let join = |a: Vec<bool>, b: Vec<bool>| a.iter().zip(&b).map(|(a, b)| a | b).collect();
-    let found = fold_rows(coc.size().height, work.cancel, row, join)?.unwrap_or_default();
-    Ok((0..split.layers()).filter(|&layer| found[layer]).collect())
-}
-
-/// The values of one layer: the picture's planes, the diameter, the squared brightness.
-struct Values<'a> {
+/// What one layer is filled from: the picture's planes, the diameter and the squared brightness where the layer
+/// is seen; its coverage where nothing nearer hides it.
+struct Seen<'a> {
     planes: &'a [&'a mut Plane],
     leading: usize,
     coc: &'a Plane,
     split: &'a Split,
+    scale: &'a Plane,
     edges: &'a Edges,
     layer: usize,
+    groups: [usize; 2],
 }
 
-impl Sources for Values<'_> {
-    fn count(&self) -> usize {
-        self.planes.len() + 2
+impl Sources for Seen<'_> {
+    fn groups(&self) -> &[usize] {
+        &self.groups
     }
 
-    fn row(&self, k: usize, y: usize, out: &mut [f32]) {
-        if let Some(plane) = self.planes.get(k) {
-            out.copy_from_slice(plane.row(y));
-        } else if k == self.planes.len() {
-            for (out, c) in out.iter_mut().zip(self.coc.row(y)) {
-                *out = c.abs();
+    fn weighted_rows(&self, y: usize, rows: &mut [Vec<f32>]) {
+        let (values, coverage) = rows.split_at_mut(self.groups[0] + 1);
+        let ([values @ .., weight], [seen, behind]) = (values, coverage) else { return };
+        let edges = self.edges.strength.row(y);
+        for (((weight, (seen, behind)), &u), &edge) in
+            weight.iter_mut().zip(seen.iter_mut().zip(behind)).zip(self.scale.row(y)).zip(edges)
+        {
+            let membership = self.split.membership(self.layer, u);
+            let trust = 1.0 - edge * (1.0 - EDGE_TRUST);
+            *weight = membership.seen * trust;
+            *behind = membership.behind * trust;
+            *seen = membership.seen * *behind;
+        }
+        let [values @ .., circle, squares] = values else { return };
+        squares.fill(0.0);
+        let share = 1.0 / self.leading.max(1) as f32;
+        for (p, (out, plane)) in values.iter_mut().zip(self.planes).enumerate() {
+            let row = plane.row(y);
+            for ((out, value), weight) in out.iter_mut().zip(row).zip(weight.iter()) {
+                *out = value * weight;
             }
-        } else {
-            brightness(&self.planes[..self.leading], y, out);
-            for value in out {
-                *value *= *value;
+            if p < self.leading {
+                for (square, value) in squares.iter_mut().zip(row) {
+                    *square += share * value;
+                }
             }
         }
-    }
-
-    fn weights(&self, y: usize, out: &mut [f32]) {
-        for ((weight, &c), &edge) in out.iter_mut().zip(self.coc.row(y)).zip(self.edges.strength.row(y)) {
-            let seen = self.split.membership(self.layer, self.split.position(c)).seen;
-            *weight = seen * (1.0 - edge * (1.0 - EDGE_TRUST));
+        for (square, weight) in squares.iter_mut().zip(weight.iter()) {
+            *square *= *square * weight;
+        }
+        for ((circle, c), weight) in circle.iter_mut().zip(self.coc.row(y)).zip(weight.iter()) {
+            *circle = c.abs() * weight;
         }
     }
-}
-
-/// Mean of the leading planes.
-fn brightness(planes: &[&mut Plane], y: usize, out: &mut [f32]) {
-    out.fill(0.0);
-    let share = 1.0 / planes.len().max(1) as f32;
-    for plane in planes {
-        for (out, value) in out.iter_mut().zip(plane.row(y)) {
-            *out += share * value;
-        }
-    }
-}
-
-/// The coverage of one layer, known where nothing nearer hides it.
-struct Coverage<'a> {
-    coc: &'a Plane,
-    split: &'a Split,
-    edges: &'a Edges,
-    layer: usize,
-}
-
-impl Sources for Coverage<'_> {
-    fn count(&self) -> usize {
-        1
-    }
-
-    fn row(&self, _: usize, y: usize, out: &mut [f32]) {
-        for (out, &c) in out.iter_mut().zip(self.coc.row(y)) {
-            *out = self.split.membership(self.layer, self.split.position(c)).seen;
-        }
-    }
-
-    fn weights(&self, y: usize, out: &mut [f32]) {
-        for ((weight, &c), &edge) in out.iter_mut().zip(self.coc.row(y)).zip(self.edges.strength.row(y)) {
-            let behind = self.split.membership(self.layer, self.split.position(c)).behind;
-            *weight = behind * (1.0 - edge * (1.0 - EDGE_TRUST));
-        }
-    }
-}
-
-#[allow(clippy::too_many_arguments)]
-fn fill_layer(
-    work: &mut Work<'_>,
-    planes: &[&mut Plane],
-    leading: usize,
-    coc: &Plane,
-    split: &Split,
-    edges: &Edges,
-    layer: usize,
-    farthest: bool,
-) -> Result<Filled> {
-    let mut colors = fill(work, coc.size(), &Values { planes, leading, coc, split, edges, layer })?;
-    let squares = colors.pop().unwrap_or_default();
-    let circle = colors.pop().unwrap_or_default();
-    let coverage =
-        if farthest { None } else { fill(work, coc.size(), &Coverage { coc, split, edges, layer })?.pop() };
-    Ok(Filled { layer, colors, circle, squares, coverage })
 }
 
 /// The pass that makes every layer's premultiplied colour, coverage and diameter.
@@ -236,6 +190,7 @@ struct Joint<'a> {
     inputs: &'a [&'a Plane],
     leading: usize,
     coc: &'a Plane,
+    scale: &'a Plane,
     split: &'a Split,
     edges: &'a Edges,
     filled: &'a [Filled],
@@ -308,7 +263,7 @@ impl Joint<'_> {
         let edge = part(&self.edges.strength);
         let inputs: Vec<Row> = self.inputs.iter().map(|plane| part(plane)).collect();
         let on_edge = edge[..n].iter().any(|&e| e > 0.0);
-        self.load(y, x, n, layers, [&c, &near, &far], on_edge);
+        self.load(y, x, n, layers, [&part(self.scale), &near, &far], on_edge);
 
         if on_edge {
             let share = self.share(layers, &inputs, [&c, &near, &far]);
@@ -372,11 +327,10 @@ impl Joint<'_> {
         x: usize,
         n: usize,
         layers: &mut [LayerRows],
-        [c, near, far]: [&Row; 3],
+        [own, near, far]: [&Row; 3],
         on_edge: bool,
     ) {
         let position = |row: &Row| row.map(|c| self.split.position(c));
-        let own = position(c);
         let (near, far) = if on_edge { (position(near), position(far)) } else { (ZERO, ZERO) };
         for (row, filled) in layers.iter_mut().zip(self.filled) {
             let bring = |plane: &Plane, out: &mut Row| enlarge_row(plane, self.step, y, x, &mut out[..n]);
@@ -391,15 +345,15 @@ impl Joint<'_> {
                     behind[i] = membership.behind;
                 }
             };
-            member(&own, &mut row.seen, &mut row.behind);
+            member(own, &mut row.seen, &mut row.behind);
             match &filled.coverage {
-                Some(plane) => {
+                Some(plane) if !filled.farthest => {
                     bring(plane, &mut row.hidden);
                     for i in 0..BLOCK {
                         row.coverage[i] = row.seen[i] + (1.0 - row.behind[i]) * row.hidden[i];
                     }
                 }
-                None => {
+                _ => {
                     row.hidden = [1.0; BLOCK];
                     row.coverage = [1.0; BLOCK];
                 }
