@@ -57,7 +57,11 @@ fn check(bytes: &[u8], compression: Compression) {
     }
     let keeps = matches!(
         compression,
-        Compression::Uncompressed | Compression::RLE | Compression::ZIP1 | Compression::ZIP16 | Compression::PIZ
+        Compression::Uncompressed
+            | Compression::RLE
+            | Compression::ZIP1
+            | Compression::ZIP16
+            | Compression::PIZ
     );
     let found = after.layer_data[0].encoding.compression;
     assert_eq!(found, if keeps { compression } else { Compression::ZIP16 });
@@ -154,12 +158,8 @@ fn with_levels(rip: bool, rounding_mode: RoundingMode) -> Vec<u8> {
     };
     let list = vec![make("R", 1), make("G", 2), make("B", 3), make("Z", 4)];
     let encoding = encoding(Compression::ZIP16, Blocks::Tiles(Vec2(16, 16)));
-    let layer = Layer::new(
-        size,
-        LayerAttributes::default(),
-        encoding,
-        AnyChannels::sort(list.into_iter().collect()),
-    );
+    let layer =
+        Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(list.into_iter().collect()));
     let image = Image::from_layer(layer);
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).unwrap();
@@ -310,7 +310,11 @@ fn a_plain_file_holds_what_it_was_given() {
     assert_eq!((found[0].to_f32(), found[1].to_f32()), (65504.0, 1.0));
     let document = document(&bytes);
     let selected = document
-        .select(&Selection { coc_channel: Some("coc".into()), layers: vec!["R".into()], ..Default::default() })
+        .select(&Selection {
+            coc_channel: Some("coc".into()),
+            layers: vec!["R".into()],
+            ..Default::default()
+        })
         .unwrap();
     assert_eq!(selected.frame, frame);
     assert_eq!(selected.coc.unwrap().plane, coc);

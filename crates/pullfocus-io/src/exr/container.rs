@@ -87,9 +87,15 @@ impl RawAttribute {
     }
 }
 
-/// Text of a file for people: UTF-8 where it is that, else Latin-1.
+/// Text of a file for people: UTF-8 where it is that, else Latin-1, and nothing that moves a terminal's cursor.
 pub(crate) fn shown(bytes: &[u8]) -> String {
-    std::str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned)
+    let text = std::str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned);
+    printable(&text)
+}
+
+/// The text with control characters replaced.
+pub(crate) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 /// Text of a file, one char a byte: every byte survives.
@@ -138,7 +144,7 @@ pub(crate) fn window(bounds: IntegerBounds) -> Window {
 pub(crate) fn guarded<T>(step: impl FnOnce() -> exr::error::Result<T>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(step)) {
         Ok(Ok(value)) => Ok(value),
-        Ok(Err(error)) => Err(error.to_string()),
+        Ok(Err(error)) => Err(printable(&error.to_string())),
         Err(_) => Err("its values contradict each other".to_owned()),
     }
 }
@@ -222,12 +228,8 @@ impl Container {
         let mut parts: Vec<Part> = Vec::new();
         let mut total = 0u64;
         for (header, attributes) in meta.headers.into_iter().zip(parts_attributes) {
-            if !header.deep {
-                // The crate's own checks of windows, channels and tiles, without its strict ones.
-                let multi = version & MULTI_PART != 0;
-                guarded(|| header.validate(multi, &mut false, false))
-                    .map_err(|reason| damaged(format!("the header cannot be used ({reason})")))?;
-            }
+            check_header(&header)
+                .map_err(|reason| damaged(format!("the header cannot be used ({reason})")))?;
             total = total.saturating_add(header.chunk_count as u64);
             parts.push(Part { attributes, header, chunks: Vec::new(), offsets: Vec::new() });
         }
@@ -432,7 +434,7 @@ fn parse_header(bytes: &[u8], at: &mut usize) -> Result<Vec<RawAttribute>, Parse
         let size = bytes.get(*at..*at + 4).ok_or(Parse::More)?;
         let size = i32::from_le_bytes(size.try_into().unwrap_or_default());
         let Ok(size) = usize::try_from(size) else {
-            return Err(Parse::Damaged(format!("the attribute '{name}' has a negative size")));
+            return Err(Parse::Damaged(format!("the attribute '{}' has a negative size", printable(&name))));
         };
         *at += 4;
         let value = at.checked_add(size).and_then(|end| bytes.get(*at..end)).ok_or(Parse::More)?;
@@ -453,6 +455,25 @@ fn parse_name(bytes: &[u8], at: &mut usize) -> Result<String, Parse> {
         None if rest.len() < 256 => Err(Parse::More),
         None => Err(Parse::Damaged("an attribute's name does not end".to_owned())),
     }
+}
+
+/// What must hold before pixels are looked for. The crate's own check also refuses sub-sampled channels, which
+/// are carried along here.
+fn check_header(header: &Header) -> Result<(), String> {
+    for window in [header.data_window(), header.shared_attributes.display_window] {
+        guarded(|| window.validate(None))?;
+    }
+    let channels = &header.channels.list;
+    if channels.is_empty() {
+        return Err("it has no channels".to_owned());
+    }
+    if channels.iter().any(|channel| channel.sampling.x() == 0 || channel.sampling.y() == 0) {
+        return Err("a channel's sampling is 0".to_owned());
+    }
+    if channels.windows(2).any(|pair| pair[0].name >= pair[1].name) {
+        return Err("its channels are not in alphabetical order, each once".to_owned());
+    }
+    Ok(())
 }
 
 /// What must hold before the `exr` crate computes with a header's values.

@@ -1,7 +1,7 @@
 //! What is in a file, for people and for machines.
 
 use crate::exr::camera::FoundCamera;
-use crate::exr::container::{Part, RawAttribute, shown};
+use crate::exr::container::{Part, RawAttribute, printable, shown};
 use crate::exr::names::Catalogue;
 use crate::exr::selection::SampleType;
 use exr::compression::Compression;
@@ -247,7 +247,7 @@ fn describe(attribute: &RawAttribute) -> AttributeContents {
     if value.chars().count() > MOST {
         value = value.chars().take(MOST).chain("…".chars()).collect();
     }
-    AttributeContents { name: attribute.name.clone(), kind: attribute.kind.clone(), value }
+    AttributeContents { name: printable(&attribute.name), kind: printable(&attribute.kind), value }
 }
 
 /// The texts of a `stringvector`; stops where its sizes do not fit.

@@ -1,5 +1,5 @@
 //! Files made by code, and comparing them bit by bit.
-#![allow(dead_code, missing_docs)]
+#![allow(dead_code)]
 
 use exr::prelude::*;
 use pullfocus_io::{Document, Limits, Selected, Selection};
