@@ -190,7 +190,9 @@ fn only_our_own_leftovers_that_nobody_writes_are_removed() {
         folder.path().join(name)
     };
     let ours = file(".pullfocus-AbCdEf012345.part");
-    for other in ["out.exr", ".pullfocus-short.part", ".pullfocus-AbCdEf01234-.part", "pullfocus-AbCdEf012345.part"] {
+    for other in
+        ["out.exr", ".pullfocus-short.part", ".pullfocus-AbCdEf01234-.part", "pullfocus-AbCdEf012345.part"]
+    {
         file(other);
     }
     let busy = PendingFile::create(&folder.path().join("busy.exr"), Existing::Refuse).unwrap();

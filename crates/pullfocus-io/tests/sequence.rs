@@ -60,7 +60,11 @@ fn a_pattern_finds_its_frames_and_names_the_outputs() {
     let all: Vec<_> = plan.iter().map(|f| (f.frame.unwrap(), name(&f.input), name(&f.output))).collect();
     assert_eq!(
         all,
-        [(1, "in.0001.exr", "out_001.png"), (3, "in.0003.exr", "out_003.png"), (10, "in.0010.exr", "out_010.png")]
+        [
+            (1, "in.0001.exr", "out_001.png"),
+            (3, "in.0003.exr", "out_003.png"),
+            (10, "in.0010.exr", "out_010.png")
+        ]
     );
     let chosen = folder.plan(&["in.####.exr"], "out.#.exr", Some("1-3x2")).unwrap();
     assert_eq!(chosen.iter().map(|f| f.frame.unwrap()).collect::<Vec<_>>(), [1, 3]);
@@ -118,8 +122,7 @@ fn outputs_collide_with_nothing() {
     let folder = Folder::with(&["in.1.exr", "in.2.exr", "other.1.exr", "fg.exr"]);
     let said = folder.plan(&["in.#.exr"], "in.#.exr", None).unwrap_err();
     assert!(said.contains("overwrite an input"), "{said}");
-    let said =
-        folder.plan_beside(&["in.1.exr"], &[("foreground", "fg.exr")], "fg.exr", None).unwrap_err();
+    let said = folder.plan_beside(&["in.1.exr"], &[("foreground", "fg.exr")], "fg.exr", None).unwrap_err();
     assert!(said.contains("overwrite an input"), "{said}");
     let said = folder.plan(&["in.1.exr", "other.1.exr"], "o.#.exr", None).unwrap_err();
     assert!(said.contains("in.1.exr") && said.contains("other.1.exr"), "{said}");

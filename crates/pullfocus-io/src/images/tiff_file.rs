@@ -1,0 +1,121 @@
+//! TIFF, through the crate `tiff`: `image` reads neither grey floats, which depth comes in, nor which kind of
+//! alpha there is.
+
+use super::Source;
+use super::codec::one_line;
+use super::samples::{Alpha, Data, Samples};
+use crate::error::{FileError, FileResult};
+use std::io::{BufRead, ErrorKind, Seek};
+use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::tags::{SampleFormat, Tag};
+use tiff::{ColorType, TiffError};
+
+const USUAL: &str = "save it as grey or RGB with 8 or 16 bits or as float";
+
+pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileResult<Samples> {
+    let failed = |error| failed(source, error);
+    let unsupported = |what: String| FileError::unsupported(source.path, what, USUAL);
+    let mut limits = Limits::default();
+    let most = usize::try_from(source.limits.max_plane_bytes).unwrap_or(usize::MAX);
+    limits.decoding_buffer_size = most;
+    limits.intermediate_buffer_size = most;
+    // Offsets of strips and tiles: no more bytes than the file has.
+    limits.ifd_value_size = usize::try_from(source.length).unwrap_or(usize::MAX).min(most);
+    let mut decoder = Decoder::new(reader).map_err(failed)?.with_limits(limits);
+
+    let (width, height) = decoder.dimensions().map_err(failed)?;
+    let color = decoder.colortype().map_err(failed)?;
+    let samples: u16 = decoder.find_tag_unsigned(Tag::SamplesPerPixel).map_err(failed)?.unwrap_or(1);
+    let extra: Vec<u16> =
+        decoder.find_tag_unsigned_vec(Tag::ExtraSamples).map_err(failed)?.unwrap_or_default();
+    let grey = match color {
+        ColorType::Gray(_) | ColorType::GrayA(_) | ColorType::Multiband { .. } => true,
+        ColorType::RGB(_) | ColorType::RGBA(_) => false,
+        other => return Err(unsupported(format!("a TIFF of {}", kind_name(other)))),
+    };
+    let bits = color.bit_depth();
+    if !matches!(bits, 8 | 16 | 32 | 64) {
+        return Err(unsupported(format!("a TIFF of {bits} bits a sample")));
+    }
+    let colors = if grey { 1 } else { 3 };
+    // 1 is associated alpha and 2 straight; others, and samples beyond, are masks and spot colours.
+    let alpha = match (extra.first(), usize::from(samples) > colors) {
+        (_, false) => Alpha::None,
+        (Some(1), _) => Alpha::Associated,
+        (Some(2), _) => Alpha::Straight,
+        // Old programs leave the tag out.
+        (None, true) if usize::from(samples) == colors + 1 => Alpha::Straight,
+        _ => {
+            tracing::info!(
+                "{}: samples beside the colours are not alpha, and left out",
+                source.path.display()
+            );
+            Alpha::None
+        }
+    };
+    let bytes = u64::from(samples) * u64::from(bits / 8);
+    let size = source.check_size(width.into(), height.into(), samples.into(), bytes)?;
+    let orientation: u8 = decoder
+        .find_tag_unsigned(Tag::Orientation)
+        .ok()
+        .flatten()
+        .filter(|o| (1..=8).contains(o))
+        .unwrap_or(1);
+    if let Ok(formats) = decoder.get_tag_u16_vec(Tag::SampleFormat) {
+        let usable = [SampleFormat::Uint.to_u16(), SampleFormat::IEEEFP.to_u16()];
+        if formats.iter().any(|format| !usable.contains(format)) {
+            return Err(unsupported("a TIFF of signed or undefined numbers".to_owned()));
+        }
+    }
+
+    let mut decoded = DecodingResult::U8(vec![]);
+    let layout = decoder.read_image_to_buffer(&mut decoded).map_err(failed)?;
+    let data = match decoded {
+        DecodingResult::U8(data) => Data::U8(data),
+        DecodingResult::U16(data) => Data::U16(data),
+        DecodingResult::U32(data) => Data::U32(data),
+        DecodingResult::F16(data) => Data::F32(data.into_iter().map(|value| value.to_f32()).collect()),
+        DecodingResult::F32(data) => Data::F32(data),
+        DecodingResult::F64(data) => Data::F32(data.into_iter().map(|value| value as f32).collect()),
+        _ => return Err(unsupported(format!("a TIFF of {bits}-bit whole numbers"))),
+    };
+    let channels = usize::from(samples);
+    if data.len() != size.area().saturating_mul(channels) {
+        return Err(unsupported("a TIFF whose samples lie in an unusual order".to_owned()));
+    }
+    Ok(Samples { size, channels, planar: layout.planes > 1, grey, alpha, data, orientation })
+}
+
+fn kind_name(color: ColorType) -> &'static str {
+    match color {
+        ColorType::Palette(_) => "palette colours",
+        ColorType::CMYK(_) | ColorType::CMYKA(_) => "printing colours (CMYK)",
+        ColorType::YCbCr(_) => "YCbCr colours",
+        ColorType::Lab(_) => "L*a*b* colours",
+        _ => "unusual colours",
+    }
+}
+
+fn failed(source: &Source<'_>, error: TiffError) -> FileError {
+    match error {
+        TiffError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => {
+            source.damaged("it ends too early")
+        }
+        TiffError::IoError(error)
+            if matches!(
+                error.kind(),
+                ErrorKind::InvalidData | ErrorKind::InvalidInput | ErrorKind::Other
+            ) =>
+        {
+            source.damaged(one_line(error))
+        }
+        TiffError::IoError(error) => FileError::io(source.path, "read", error),
+        TiffError::UnsupportedError(error) => FileError::unsupported(source.path, one_line(error), USUAL),
+        TiffError::LimitsExceeded => FileError::unsupported(
+            source.path,
+            "decoding it takes more memory than allowed",
+            "if it is meant to be that large, raise the limit",
+        ),
+        other => source.damaged(one_line(other)),
+    }
+}
