@@ -13,14 +13,15 @@
 //! positive terms throughout; where the figure has lengths 2^k - 1 only, a neighbour that is missing here has
 //! beta 0.
 
+use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
-use super::strips::{Bench, CHUNK, Constants};
+use super::strips::{Bench, CHUNK};
 
-/// Rows of memory for lines of `n`: the sum of terms, then g, beta and P values for each unknown of the pyramid,
-/// which has fewer than 2 n.
-pub(super) fn rows(n: usize, planes: usize, parts: usize) -> usize {
-    n * planes + 2 * n * parts * (2 + planes)
+/// Rows of memory for lines of `n`: the sum of terms, what it keeps, then g, beta and x for each unknown of the
+/// pyramid, which has fewer than 2 n.
+pub(super) fn rows<F: Form>(n: usize, parts: usize) -> usize {
+    n * (F::OUT + F::KEPT) + 2 * n * parts * 3
 }
 
 /// The unknowns of one level.
@@ -54,84 +55,98 @@ impl Level {
     }
 }
 
-/// Field numbers: the row sum, the link to the next unknown (0 at the last), then the planes.
+/// Field numbers: the row sum, the link to the next unknown (0 at the last), the value.
 const G: usize = 0;
 const BETA: usize = 1;
 const X: usize = 2;
 
-/// Solves one strip; the smallest value that came in, or 0, for each plane.
+/// Solves one strip; the smallest value that came in, or 0.
 ///
 /// # Safety
 /// The processor must have the instructions of `V`, and the bench [`rows`] rows for the solver.
 #[inline(always)]
-pub(super) unsafe fn solve<V: Lanes, N: Number<V>, const P: usize>(bench: &Bench<'_, P>) -> [f32; P] {
+pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form>(bench: &Bench<'_, 1>) -> [f32; 1] {
     let pass = bench.pass;
     let n = pass.lines.unknowns;
-    let slot = N::PARTS * (2 + P) * LANES;
     let sum = bench.solver_rows();
     // SAFETY: all levels together have fewer than 2 n unknowns, and the caller promises memory for as many.
     unsafe {
-        let base = Level { at: sum.add(n * P * LANES), n, slot };
-        let mut least = [0.0; P];
+        let kept = sum.add(n * F::OUT * LANES);
+        let base = Level { at: kept.add(n * F::KEPT * LANES), n, slot: N::PARTS * 3 * LANES };
+        let mut least = [0.0];
         for (t, term) in pass.scheme.terms.iter().enumerate() {
             let k = Constants::<V, N>::new(pass.beta, term);
-            least = fill(bench, base, &k);
+            let smallest = if t == 0 {
+                fill::<V, N, F, true>(bench, base, kept, &k)
+            } else {
+                fill::<V, N, F, false>(bench, base, kept, &k)
+            };
             let mut levels = [base; usize::BITS as usize];
             let mut top = 0;
             while levels[top].n > 1 {
                 levels[top + 1] = levels[top].above();
-                reduce::<V, N, P>(levels[top], levels[top + 1], &k);
+                reduce::<V, N>(levels[top], levels[top + 1], &k);
                 top += 1;
             }
             // The one unknown that is left has no links: its mean is its value.
             for level in (0..top).rev() {
-                substitute::<V, N, P>(levels[level], levels[level + 1], &k);
+                substitute::<V, N>(levels[level], levels[level + 1], &k);
             }
-            bench.add_term(sum, t == 0, &k, |j, p| base.get(j, X + p));
+            if t == 0 {
+                least = [smallest];
+                bench.add_term::<V, N, F, true>(sum, kept, &k, |j| base.get(j, X));
+            } else {
+                bench.add_term::<V, N, F, false>(sum, kept, &k, |j| base.get(j, X));
+            }
         }
-        bench.put_sum::<V>(sum);
+        bench.put_sum::<V, F>(sum);
         least
     }
 }
 
-/// The lowest level: gamma, beta and the planes themselves.
+/// The lowest level: gamma, beta and the known values.
 #[inline(always)]
-unsafe fn fill<V: Lanes, N: Number<V>, const P: usize>(
-    bench: &Bench<'_, P>,
+unsafe fn fill<V: Lanes, N: Number<V>, F: Form, const FIRST: bool>(
+    bench: &Bench<'_, 1>,
     base: Level,
+    mut kept: *mut f32,
     k: &Constants<V, N>,
-) -> [f32; P] {
-    let mut least = [k.zero; P];
+) -> f32 {
+    let mut least = k.zero;
     let mut last = k.zero;
     for from in (0..base.n).step_by(CHUNK) {
         let len = CHUNK.min(base.n - from);
         // SAFETY: unknowns below n.
         unsafe {
-            let inputs = bench.inputs::<V>(from, len);
+            let inputs = bench.inputs::<V, F>(from, len);
             for i in 0..len {
                 let j = from + i;
                 let circle: V = inputs.circle.load(i);
                 if j > 0 {
-                    base.set(j - 1, BETA, N::from_real(k.link(last, circle), k.zero));
+                    base.set(j - 1, BETA, N::from_parts(k.link(last, circle), k.zero));
                 }
                 last = circle;
-                base.set(j, BETA, N::from_real(k.zero, k.zero));
+                base.set(j, BETA, N::from_parts(k.zero, k.zero));
                 base.set(j, G, k.sigma.scale(inputs.gamma.load::<V>(i).max(k.least_gamma)));
-                for p in 0..P {
-                    let x: V = inputs.planes[p].load(i);
-                    least[p] = least[p].min(x);
-                    base.set(j, X + p, N::from_real(x, k.zero));
+                let fields = inputs.fields::<V, F>(0, i);
+                least = least.min(fields[0]);
+                if FIRST {
+                    for value in F::keep(&fields).into_iter().take(F::KEPT) {
+                        value.store(kept);
+                        kept = kept.add(LANES);
+                    }
                 }
+                base.set(j, X, F::known::<V, N, FIRST>(&fields, k));
             }
         }
     }
-    least.map(|v| v.to_array().into_iter().fold(0.0, f32::min))
+    least.to_array().into_iter().fold(0.0, f32::min)
 }
 
 /// Figure 5, lines 1 to 8: the level above gathers from the one below.
 #[inline(always)]
-unsafe fn reduce<V: Lanes, N: Number<V>, const P: usize>(from: Level, to: Level, k: &Constants<V, N>) {
-    let none = N::from_real(k.zero, k.zero);
+unsafe fn reduce<V: Lanes, N: Number<V>>(from: Level, to: Level, k: &Constants<V, N>) {
+    let none = N::from_parts(k.zero, k.zero);
     for j in 0..to.n {
         let i = 2 * j + 1;
         // SAFETY: i - 1 and i are below n, i + 1 and i + 2 are asked before they are read.
@@ -156,46 +171,40 @@ unsafe fn reduce<V: Lanes, N: Number<V>, const P: usize>(from: Level, to: Level,
             to.set(j, BETA, beta);
             let r = g.recip(k.one);
             let (share_left, share_right) = (pull_left.mul(r), pull_right.mul(r));
-            for p in 0..P {
-                let x: N = from.get(i, X + p);
-                let mut sum = share_left.mul(from.get::<V, N>(i - 1, X + p).sub(x));
-                if has_right {
-                    sum = sum.add(share_right.mul(from.get::<V, N>(i + 1, X + p).sub(x)));
-                }
-                to.set(j, X + p, x.add(sum));
+            let x: N = from.get(i, X);
+            let mut sum = share_left.mul(from.get::<V, N>(i - 1, X).sub(x));
+            if has_right {
+                sum = sum.add(share_right.mul(from.get::<V, N>(i + 1, X).sub(x)));
             }
+            to.set(j, X, x.add(sum));
         }
     }
 }
 
 /// Figure 5, lines 10 to 16: the odd unknowns take their values from above, the even ones from their neighbours.
 #[inline(always)]
-unsafe fn substitute<V: Lanes, N: Number<V>, const P: usize>(to: Level, above: Level, k: &Constants<V, N>) {
-    let none = N::from_real(k.zero, k.zero);
+unsafe fn substitute<V: Lanes, N: Number<V>>(to: Level, above: Level, k: &Constants<V, N>) {
+    let none = N::from_parts(k.zero, k.zero);
     for i in 0..to.n {
         // SAFETY: (i - 1) / 2 and i / 2 of the level above are there where to.n says that i - 1 and i + 1 are.
         unsafe {
             if i % 2 == 1 {
-                for p in 0..P {
-                    to.set(i, X + p, above.get::<V, N>(i / 2, X + p));
-                }
+                to.set(i, X, above.get::<V, N>(i / 2, X));
                 continue;
             }
             let left = if i > 0 { to.get(i - 1, BETA) } else { none };
             let right: N = to.get(i, BETA);
             let r = left.add(to.get(i, G)).add(right).recip(k.one);
             let (share_left, share_right) = (left.mul(r), right.mul(r));
-            for p in 0..P {
-                let x: N = to.get(i, X + p);
-                let mut y = x;
-                if i > 0 {
-                    y = y.add(share_left.mul(above.get::<V, N>(i / 2 - 1, X + p).sub(x)));
-                }
-                if i + 1 < to.n {
-                    y = y.add(share_right.mul(above.get::<V, N>(i / 2, X + p).sub(x)));
-                }
-                to.set(i, X + p, y);
+            let x: N = to.get(i, X);
+            let mut y = x;
+            if i > 0 {
+                y = y.add(share_left.mul(above.get::<V, N>(i / 2 - 1, X).sub(x)));
             }
+            if i + 1 < to.n {
+                y = y.add(share_right.mul(above.get::<V, N>(i / 2, X).sub(x)));
+            }
+            to.set(i, X, y);
         }
     }
 }

@@ -6,19 +6,31 @@
 //! systems of a rational integrator converge too, since `|sigma gamma + 2 beta| > 2 beta` for a sigma with a
 //! positive real part.
 
+use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
-use super::strips::{Bench, CHUNK, Constants, stop};
+use super::strips::{Bench, CHUNK};
 use pullfocus_core::Result;
-use pullfocus_core::diffusion::JacobiStop;
+use pullfocus_core::diffusion::{JACOBI_MOST_SWEEPS, JacobiStop};
 
-/// Rows of memory for lines of `n`: the sum of terms, two shares, the planes, and their values of
-/// two sweeps.
-pub(super) fn rows(n: usize, planes: usize, parts: usize) -> usize {
-    n * (2 * parts + planes * (2 + 2 * parts))
+/// Rows of memory for lines of `n`: the sum of terms, what it keeps, two shares, x, and the values of two sweeps.
+pub(super) fn rows<F: Form>(n: usize, parts: usize) -> usize {
+    n * (F::OUT + F::KEPT + 5 * parts)
 }
 
-/// Solves one strip; the smallest value that came in, or 0, for each plane.
+/// The sections of a strip's memory; each has a number for every unknown.
+#[derive(Clone, Copy)]
+struct Sections {
+    kept: *mut f32,
+    left: *mut f32,
+    right: *mut f32,
+    x: *mut f32,
+    old: *mut f32,
+    new: *mut f32,
+}
+
+/// Solves one strip; the smallest value that came in, or 0. A tolerance is met when all sixteen lines meet it, each
+/// by its own largest value.
 ///
 /// # Errors
 /// [`pullfocus_core::Error::Cancelled`]; it is asked before each sweep.
@@ -26,82 +38,112 @@ pub(super) fn rows(n: usize, planes: usize, parts: usize) -> usize {
 /// # Safety
 /// The processor must have the instructions of `V`, and the bench [`rows`] rows for the solver.
 #[inline(always)]
-pub(super) unsafe fn solve<V: Lanes, N: Number<V>, const P: usize>(
-    bench: &Bench<'_, P>,
+pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form>(
+    bench: &Bench<'_, 1>,
     until: JacobiStop,
-) -> Result<[f32; P]> {
+) -> Result<[f32; 1]> {
     let pass = bench.pass;
     let n = pass.lines.unknowns;
-    let part = N::PARTS * LANES;
     let sum = bench.solver_rows();
-    // SAFETY: the sections add up to the rows that the caller promises; indices stay below n.
+    let mut least = [0.0];
+    // SAFETY: the sections add up to the rows that the caller promises.
     unsafe {
-        let shares = sum.add(n * P * LANES);
-        let xs = shares.add(2 * n * part);
-        let mut old = xs.add(n * P * LANES);
-        let mut new = old.add(n * P * part);
-        let (sweeps, tolerance) = stop(until);
-        let mut least = [0.0; P];
+        let kept = sum.add(n * F::OUT * LANES);
+        let first = kept.add(n * F::KEPT * LANES);
+        let section = |i: usize| first.add(i * n * N::PARTS * LANES);
+        let sections = Sections {
+            kept,
+            left: section(0),
+            right: section(1),
+            x: section(2),
+            old: section(3),
+            new: section(4),
+        };
         for (t, term) in pass.scheme.terms.iter().enumerate() {
             let k = Constants::<V, N>::new(pass.beta, term);
-            least = fill(bench, shares, xs, old, &k);
-            for _ in 0..sweeps {
-                pass.cancel.check()?;
-                let (mut change, mut largest) = (k.zero, k.zero);
-                for j in 0..n {
-                    let left = N::load(shares.add(2 * j * part));
-                    let right = N::load(shares.add((2 * j + 1) * part));
-                    // The shares at the ends are 0; any value will do there.
-                    let (before, after) = (j.saturating_sub(1), (j + 1).min(n - 1));
-                    for p in 0..P {
-                        let x = N::from_real(V::load(xs.add((j * P + p) * LANES)), k.zero);
-                        let value = |j: usize| N::load(old.add((j * P + p) * part)).sub(x);
-                        let y = x.add(left.mul(value(before))).add(right.mul(value(after)));
-                        y.store(new.add((j * P + p) * part));
-                        if tolerance.is_some() {
-                            let was: N = N::load(old.add((j * P + p) * part));
-                            change = change.max(y.sub(was).size());
-                            largest = largest.max(y.size());
-                        }
-                    }
-                }
-                std::mem::swap(&mut old, &mut new);
-                if let Some(tolerance) = tolerance
-                    && !V::any(largest.mul(V::splat(tolerance)).lt(change))
-                {
-                    break;
-                }
+            let at = |from: *const f32, j: usize| N::load(from.add(j * N::PARTS * LANES));
+            if t == 0 {
+                least = [fill::<V, N, F, true>(bench, sections, &k)];
+                let solution = sweep::<V, N>(bench, sections, until, &k)?;
+                bench.add_term::<V, N, F, true>(sum, kept, &k, |j| at(solution, j));
+            } else {
+                fill::<V, N, F, false>(bench, sections, &k);
+                let solution = sweep::<V, N>(bench, sections, until, &k)?;
+                bench.add_term::<V, N, F, false>(sum, kept, &k, |j| at(solution, j));
             }
-            bench.add_term(sum, t == 0, &k, |j, p| N::load(old.add((j * P + p) * part)));
         }
-        bench.put_sum::<V>(sum);
-        Ok(least)
+        bench.put_sum::<V, F>(sum);
     }
+    Ok(least)
 }
 
+/// Sweeps until it is time to stop; where the solution is.
 #[inline(always)]
-unsafe fn fill<V: Lanes, N: Number<V>, const P: usize>(
-    bench: &Bench<'_, P>,
-    shares: *mut f32,
-    xs: *mut f32,
-    start: *mut f32,
+unsafe fn sweep<V: Lanes, N: Number<V>>(
+    bench: &Bench<'_, 1>,
+    sections: Sections,
+    until: JacobiStop,
     k: &Constants<V, N>,
-) -> [f32; P] {
+) -> Result<*const f32> {
+    let n = bench.pass.lines.unknowns;
+    let Sections { left, right, x, mut old, mut new, .. } = sections;
+    let (sweeps, tolerance) = match until {
+        JacobiStop::Sweeps(sweeps) => (sweeps, None),
+        JacobiStop::Tolerance(tolerance) => (JACOBI_MOST_SWEEPS, Some(tolerance)),
+    };
+    for _ in 0..sweeps {
+        bench.pass.cancel.check()?;
+        let (mut change, mut largest) = (k.zero, k.zero);
+        for j in 0..n {
+            // SAFETY: j is below n, the number of unknowns of each section.
+            unsafe {
+                let at = |from: *const f32, j: usize| -> N { N::load(from.add(j * N::PARTS * LANES)) };
+                // The shares at the ends are 0; any value will do there.
+                let (before, after) = (at(old, j.saturating_sub(1)), at(old, (j + 1).min(n - 1)));
+                let own = at(x, j);
+                let pull = at(left, j).mul(before.sub(own)).add(at(right, j).mul(after.sub(own)));
+                let y = own.add(pull);
+                y.store(new.add(j * N::PARTS * LANES));
+                if tolerance.is_some() {
+                    change = change.max(y.sub(at(old, j)).size());
+                    largest = largest.max(y.size());
+                }
+            }
+        }
+        std::mem::swap(&mut old, &mut new);
+        // SAFETY: k is the proof of the instructions.
+        if let Some(tolerance) = tolerance
+            && !V::any(largest.mul(unsafe { V::splat(tolerance) }).lt(change))
+        {
+            break;
+        }
+    }
+    Ok(old)
+}
+
+/// Shares, x and the first guess.
+#[inline(always)]
+unsafe fn fill<V: Lanes, N: Number<V>, F: Form, const FIRST: bool>(
+    bench: &Bench<'_, 1>,
+    sections: Sections,
+    k: &Constants<V, N>,
+) -> f32 {
     let n = bench.pass.lines.unknowns;
     let part = N::PARTS * LANES;
-    let mut least = [k.zero; P];
+    let mut least = k.zero;
+    let mut kept = sections.kept;
     // An unknown's shares wait until the circle after it is known.
     let (mut last, mut last_gamma, mut last_left) = (k.zero, k.one, k.zero);
     // SAFETY: as in `solve`.
     unsafe {
         let set = |j: usize, gamma: V, left: V, right: V| {
-            let r = k.sigma.scale(gamma).add(N::from_real(left.add(right), k.zero)).recip(k.one);
-            r.scale(left).store(shares.add(2 * j * part));
-            r.scale(right).store(shares.add((2 * j + 1) * part));
+            let r = k.sigma.scale(gamma).add(N::from_parts(left.add(right), k.zero)).recip(k.one);
+            r.scale(left).store(sections.left.add(j * part));
+            r.scale(right).store(sections.right.add(j * part));
         };
         for from in (0..n).step_by(CHUNK) {
             let len = CHUNK.min(n - from);
-            let inputs = bench.inputs::<V>(from, len);
+            let inputs = bench.inputs::<V, F>(from, len);
             for i in 0..len {
                 let j = from + i;
                 let circle: V = inputs.circle.load(i);
@@ -111,15 +153,20 @@ unsafe fn fill<V: Lanes, N: Number<V>, const P: usize>(
                 }
                 (last, last_left) = (circle, link);
                 last_gamma = inputs.gamma.load::<V>(i).max(k.least_gamma);
-                for p in 0..P {
-                    let x: V = inputs.planes[p].load(i);
-                    least[p] = least[p].min(x);
-                    x.store(xs.add((j * P + p) * LANES));
-                    N::from_real(x, k.zero).store(start.add((j * P + p) * part));
+                let fields = inputs.fields::<V, F>(0, i);
+                least = least.min(fields[0]);
+                if FIRST {
+                    for value in F::keep(&fields).into_iter().take(F::KEPT) {
+                        value.store(kept);
+                        kept = kept.add(LANES);
+                    }
                 }
+                let x = F::known::<V, N, FIRST>(&fields, k);
+                x.store(sections.x.add(j * part));
+                x.store(sections.old.add(j * part));
             }
         }
         set(n - 1, last_gamma, last_left, k.zero);
     }
-    least.map(|v| v.to_array().into_iter().fold(0.0, f32::min))
+    least.to_array().into_iter().fold(0.0, f32::min)
 }

@@ -8,13 +8,15 @@
 //! A mean is counted from the side that has more weight, so that a value without weight leaves no rounding
 //! error behind, however large it is.
 
+use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
-use super::strips::{Bench, CHUNK, Constants, Inputs, MOST_TERMS};
+use super::scheme::{FIELDS, MOST_TERMS};
+use super::strips::{Bench, CHUNK, Inputs, Outputs};
 
 /// Rows of memory for lines of `n`.
-pub(super) fn rows(n: usize, planes: usize, parts: usize, terms: usize) -> usize {
-    n * terms * parts * (1 + planes)
+pub(super) fn rows<F: Form>(n: usize, planes: usize, parts: usize, terms: usize) -> usize {
+    n * (terms * parts * (1 + planes) + planes * F::KEPT)
 }
 
 #[derive(Clone, Copy)]
@@ -36,67 +38,83 @@ struct Back<N, const P: usize> {
 /// # Safety
 /// The processor must have the instructions of `V`, and the bench [`rows`] rows for the solver.
 #[inline(always)]
-pub(super) unsafe fn solve<V: Lanes, N: Number<V>, const P: usize>(bench: &Bench<'_, P>) -> [f32; P] {
+pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form, const P: usize>(
+    bench: &Bench<'_, P>,
+) -> [f32; P] {
     let pass = bench.pass;
     let n = pass.lines.unknowns;
     let terms = &pass.scheme.terms;
     let slot = N::PARTS * (1 + P) * LANES;
     let memory = bench.solver_rows();
-    // SAFETY: chunks stay within the n unknowns, slots within the rows that the caller promises.
+    // SAFETY: chunks stay within the n unknowns, slots and kept values within the rows that the caller promises.
     unsafe {
+        let slots = |t: usize, from: usize| memory.add((t * n + from) * slot);
+        let kept = |from: usize| memory.add(terms.len() * n * slot + from * P * F::KEPT * LANES);
         let zero = V::splat(0.0);
-        let start = N::from_real(zero, zero);
+        let start = N::from_parts(zero, zero);
         let mut forths = [Forth {
             // No link leads to the first unknown; any weight will do before it.
-            weight: N::from_real(V::splat(1.0), zero),
+            weight: N::from_parts(V::splat(1.0), zero),
             circle: zero,
             values: [start; P],
             least: [zero; P],
         }; MOST_TERMS];
         for from in (0..n).step_by(CHUNK) {
             let len = CHUNK.min(n - from);
-            let inputs = bench.inputs::<V>(from, len);
+            let inputs = bench.inputs::<V, F>(from, len);
             for (t, term) in terms.iter().enumerate() {
-                let constants = Constants::new(pass.beta, term);
-                forth(&mut forths[t], &inputs, len, memory.add((t * n + from) * slot), &constants);
+                let k = Constants::new(pass.beta, term);
+                if t == 0 {
+                    forth::<V, N, F, P, true>(&mut forths[t], &inputs, len, slots(t, from), kept(from), &k);
+                } else {
+                    forth::<V, N, F, P, false>(&mut forths[t], &inputs, len, slots(t, from), kept(from), &k);
+                }
             }
         }
         let mut backs = [Back { link: start, values: [start; P] }; MOST_TERMS];
         for from in (0..n).step_by(CHUNK).rev() {
             let len = CHUNK.min(n - from);
-            let (to, stride) = bench.outputs::<V>(from);
+            let to = bench.outputs::<V, F>(from);
             for (t, term) in terms.iter().enumerate() {
-                let constants = Constants::new(pass.beta, term);
+                let k = Constants::new(pass.beta, term);
                 let mut lower = [V::splat(f32::NEG_INFINITY); P];
                 if t + 1 == terms.len() {
                     for (p, lower) in lower.iter_mut().enumerate() {
                         *lower = V::splat(pass.lower[p]);
                     }
                 }
-                let slots = memory.add((t * n + from) * slot);
                 if t == 0 {
-                    back::<V, N, P, true>(&mut backs[t], to, stride, len, slots, &constants, &lower);
+                    back::<V, N, F, P, true>(&mut backs[t], &to, len, slots(t, from), kept(from), &k, &lower);
                 } else {
-                    back::<V, N, P, false>(&mut backs[t], to, stride, len, slots, &constants, &lower);
+                    back::<V, N, F, P, false>(
+                        &mut backs[t],
+                        &to,
+                        len,
+                        slots(t, from),
+                        kept(from),
+                        &k,
+                        &lower,
+                    );
                 }
             }
-            bench.written::<V>(from, len);
+            bench.written::<V, F>(from, len);
         }
         forths[0].least.map(|v| v.to_array().into_iter().fold(0.0, f32::min))
     }
 }
 
 #[inline(always)]
-unsafe fn forth<V: Lanes, N: Number<V>, const P: usize>(
+unsafe fn forth<V: Lanes, N: Number<V>, F: Form, const P: usize, const FIRST: bool>(
     state: &mut Forth<V, N, P>,
     inputs: &Inputs<P>,
     len: usize,
     mut slots: *mut f32,
+    mut kept: *mut f32,
     k: &Constants<V, N>,
 ) {
     let mut s = *state;
     for i in 0..len {
-        // SAFETY: the caller has `len` unknowns and slots.
+        // SAFETY: the caller has `len` unknowns, slots and kept values.
         unsafe {
             let circle: V = inputs.circle.load(i);
             let gamma = inputs.gamma.load::<V>(i).max(k.least_gamma);
@@ -105,9 +123,16 @@ unsafe fn forth<V: Lanes, N: Number<V>, const P: usize>(
             step.back.store(slots);
             slots = slots.add(N::PARTS * LANES);
             for p in 0..P {
-                let x: V = inputs.planes[p].load(i);
-                s.least[p] = s.least[p].min(x);
-                s.values[p] = N::forth(&step, s.values[p], x, k.zero);
+                let fields = inputs.fields::<V, F>(p, i);
+                if FIRST {
+                    s.least[p] = s.least[p].min(fields[0]);
+                    for value in F::keep(&fields).into_iter().take(F::KEPT) {
+                        value.store(kept);
+                        kept = kept.add(LANES);
+                    }
+                }
+                let x = F::known::<V, N, FIRST>(&fields, k);
+                s.values[p] = N::forth(&step, s.values[p], x);
                 s.values[p].store(slots);
                 slots = slots.add(N::PARTS * LANES);
             }
@@ -122,18 +147,18 @@ unsafe fn forth<V: Lanes, N: Number<V>, const P: usize>(
 }
 
 #[inline(always)]
-unsafe fn back<V: Lanes, N: Number<V>, const P: usize, const FIRST: bool>(
+unsafe fn back<V: Lanes, N: Number<V>, F: Form, const P: usize, const FIRST: bool>(
     state: &mut Back<N, P>,
-    to: [*mut f32; P],
-    stride: usize,
+    to: &Outputs<P>,
     len: usize,
-    slots: *mut f32,
+    slots: *const f32,
+    kept: *const f32,
     k: &Constants<V, N>,
     lower: &[V; P],
 ) {
     let mut s = *state;
     for i in (0..len).rev() {
-        // SAFETY: the caller has `len` unknowns and slots.
+        // SAFETY: the caller has `len` unknowns, slots and kept values.
         unsafe {
             let mut slot = slots.add(i * N::PARTS * (1 + P) * LANES);
             let link = s.link;
@@ -141,13 +166,21 @@ unsafe fn back<V: Lanes, N: Number<V>, const P: usize, const FIRST: bool>(
             for p in 0..P {
                 slot = slot.add(N::PARTS * LANES);
                 s.values[p] = N::back(link, N::load(slot), s.values[p], k.zero);
-                let mut y = s.values[p].project(k.h);
-                let to = to[p].add(i * stride);
-                if !FIRST {
-                    let before = V::load(to);
-                    y = k.share.mul_add(y.sub(before), before);
+                let mut keeps = [k.zero; 2];
+                for (which, keep) in keeps.iter_mut().enumerate().take(F::KEPT) {
+                    *keep = V::load(kept.add(((i * P + p) * F::KEPT + which) * LANES));
                 }
-                y.max(lower[p]).store(to);
+                let mut fields = [k.zero; FIELDS];
+                if !FIRST {
+                    for (field, before) in fields.iter_mut().enumerate().take(F::OUT) {
+                        *before = V::load(to.fields[p][field].add(i * to.stride));
+                    }
+                }
+                fields = F::result::<V, N, FIRST>(s.values[p], keeps, fields, k);
+                fields[0] = fields[0].max(lower[p]);
+                for (field, value) in fields.into_iter().enumerate().take(F::OUT) {
+                    value.store(to.fields[p][field].add(i * to.stride));
+                }
             }
         }
     }

@@ -33,19 +33,23 @@
 //! rayon pool in which the call is made, and the bytes do not depend on how many those are.
 
 mod cyclic_reduction;
+mod forms;
 mod jacobi;
 mod lanes;
 mod lu;
 mod number;
+mod run;
+mod scheme;
 mod strips;
 #[cfg(test)]
 mod tests;
 
 pub use lanes::Instructions;
 
-use pullfocus_core::diffusion::{Diffusion, Integrator};
+use pullfocus_core::diffusion::{Diffusion, Solver};
 use pullfocus_core::{Cancel, Plane, Result, Size};
-use strips::{Lines, MOST_PLANES, Pass, Scheme, Scratch, Term};
+use scheme::{FIELDS, Scheme, Shape};
+use strips::{Lines, Pass, Scratch};
 
 /// Where a medium's conductivity comes from.
 #[derive(Debug, Clone, Copy)]
@@ -75,6 +79,8 @@ pub struct Medium<'a> {
 #[derive(Debug)]
 pub struct DiffusionBuffers {
     scratches: Vec<Scratch>,
+    /// What planes become between rows and columns of a round response.
+    fields: Vec<Plane>,
     instructions: Instructions,
 }
 
@@ -94,7 +100,7 @@ impl DiffusionBuffers {
     /// by rounding.
     pub fn with_instructions(instructions: Instructions) -> Self {
         let instructions = if instructions.available() { instructions } else { Instructions::Portable };
-        Self { scratches: Vec::new(), instructions }
+        Self { scratches: Vec::new(), fields: Vec::new(), instructions }
     }
 
     /// The instructions in use.
@@ -104,7 +110,8 @@ impl DiffusionBuffers {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.scratches.iter().map(Scratch::bytes).sum()
+        let fields: usize = self.fields.iter().map(|f| f.size().area() * size_of::<f32>()).sum();
+        fields + self.scratches.iter().map(Scratch::bytes).sum::<usize>()
     }
 }
 
@@ -141,11 +148,15 @@ pub fn diffuse(
     if size.area() == 0 {
         return Ok(());
     }
-    let scheme = scheme(settings)?;
+    let scheme = Scheme::new(settings)?;
+    let call = Call { size, medium, settings, scheme: &scheme, floor_at_zero, cancel };
+    if settings.solver != Solver::Lu {
+        return planes.iter_mut().try_for_each(|plane| call.whole(plane, buffers));
+    }
     // Groups as even as can be: five planes are three and two, not four and one.
-    let per_group = planes.len().div_ceil(planes.len().div_ceil(MOST_PLANES));
+    let most = if scheme.shape == Shape::Round { most_round(size) } else { MOST_PLANES };
+    let per_group = planes.len().div_ceil(planes.len().div_ceil(most));
     for group in planes.chunks_mut(per_group) {
-        let call = Call { size, medium, settings, scheme: &scheme, floor_at_zero, cancel };
         match group {
             [a] => call.group([a], buffers)?,
             [a, b] => call.group([a, b], buffers)?,
@@ -155,6 +166,15 @@ pub fn diffuse(
         }
     }
     Ok(())
+}
+
+/// The most planes that elimination takes together; they share a strip's factors.
+const MOST_PLANES: usize = 4;
+
+/// How many planes of a round response go together: each needs three more between rows and columns, so a large
+/// picture's go one by one.
+fn most_round(size: Size) -> usize {
+    if size.area() > 1 << 25 { 1 } else { MOST_PLANES }
 }
 
 struct Call<'a> {
@@ -172,7 +192,40 @@ impl Call<'_> {
         planes: [&mut &mut Plane; P],
         buffers: &mut DiffusionBuffers,
     ) -> Result<()> {
-        let planes = planes.map(|plane| plane.data_mut().as_mut_ptr());
+        let DiffusionBuffers { scratches, fields, instructions } = buffers;
+        self.passes(planes.map(|plane| &mut **plane), fields, |pass| {
+            run::solve(pass, *instructions, scratches)
+        })
+    }
+
+    fn whole(&self, plane: &mut Plane, buffers: &mut DiffusionBuffers) -> Result<()> {
+        let DiffusionBuffers { scratches, fields, instructions } = buffers;
+        self.passes([plane], fields, |pass| run::solve_whole(pass, *instructions, scratches))
+    }
+
+    /// Rows and columns, as often as the integrator has steps.
+    fn passes<const P: usize>(
+        &self,
+        planes: [&mut Plane; P],
+        fields: &mut Vec<Plane>,
+        mut solve: impl FnMut(&Pass<'_, P>) -> Result<[f32; P]>,
+    ) -> Result<()> {
+        let mut pointers = planes.map(|plane| {
+            let mut fields = [std::ptr::null_mut(); FIELDS];
+            fields[0] = plane.data_mut().as_mut_ptr();
+            fields
+        });
+        if self.scheme.shape == Shape::Round {
+            if fields.len() < P * (FIELDS - 1) {
+                fields.resize_with(P * (FIELDS - 1), Plane::default);
+            }
+            let mut fields = fields.iter_mut();
+            for pointer in pointers.iter_mut().flat_map(|p| &mut p[1..]) {
+                let field = fields.next().expect("as many as there are pointers");
+                field.resize(self.size)?;
+                *pointer = field.data_mut().as_mut_ptr();
+            }
+        }
         let (circle, uniform) = match self.medium.conductivity {
             Conductivity::Circle(plane) => (Some(plane.data().as_ptr()), 0.0),
             Conductivity::Uniform(diameter) => (None, diameter),
@@ -180,11 +233,12 @@ impl Call<'_> {
         let beta = f64::from(self.settings.calibration.factor()) / f64::from(self.scheme.steps);
         let vertical = f64::from(self.medium.vertical_scale);
         let mut pass = Pass {
-            planes,
+            planes: pointers,
             circle,
             uniform,
             gamma: self.medium.gamma.map(|g| g.data().as_ptr()),
             lines: Lines::rows(self.size),
+            columns: false,
             beta,
             scheme: self.scheme,
             solver: self.settings.solver,
@@ -194,60 +248,20 @@ impl Call<'_> {
         let mut least = [f32::NEG_INFINITY; P];
         for step in 0..self.scheme.steps {
             pass.lines = Lines::rows(self.size);
+            pass.columns = false;
             pass.beta = beta;
-            let smallest = strips::solve(&pass, buffers.instructions, &mut buffers.scratches)?;
+            let smallest = solve(&pass)?;
             if step == 0 && self.floor_at_zero {
                 least = smallest;
             }
-            pass.lines = Lines::columns(self.size, planes[0]);
+            pass.lines = Lines::columns(self.size, pointers[0][0]);
+            pass.columns = true;
             pass.beta = beta * vertical * vertical;
             if step + 1 == self.scheme.steps {
                 pass.lower = least;
             }
-            strips::solve(&pass, buffers.instructions, &mut buffers.scratches)?;
+            solve(&pass)?;
         }
         Ok(())
-    }
-}
-
-/// The systems that an integrator asks for.
-fn scheme(settings: &Diffusion) -> Result<Scheme> {
-    Ok(match settings.integrator {
-        Integrator::BackwardEuler { steps } => Scheme {
-            complex: false,
-            terms: vec![Term { sigma: [1.0, 0.0], beta: 1.0, h: 0.0, share: 1.0 }],
-            steps,
-        },
-        // KERNEL AUTHOR, from the lead: please implement Integrator::Disc next (it is the default now and matters most):
-        // pullfocus_core::response::DiscResponse, the solves are in its docs (rows: one complex field per pole, kept
-        // complex; columns: one complex solve per pole with complex right-hand sides; f64 model in /tmp/r2/blur.py
-        // `diffuse`, kind 'ns'). Identity must stay exact where no link conducts, constants kept. In bands/strips as
-        // suits the caches; at most 4 complex planes of temporaries per plane of the picture, taken a group at a time.
-        // Add its speed to the bench and the unit tests (f64 reference). Until then the Gaussian stands in.
-        Integrator::Disc => {
-            let pole = pullfocus_core::response::Rational::GAUSSIAN.pole()?;
-            Scheme { complex: true, terms: vec![term(pole.pole, pole.residue)], steps: 1 }
-        }
-        Integrator::Rational(rational) => {
-            let poles = [rational.pole()?];
-            Scheme { complex: true, terms: poles.iter().map(|p| term(p.pole, p.residue)).collect(), steps: 1 }
-        }
-    })
-}
-
-/// `2 Re(residue (K - pole Gamma)^-1 Gamma x)` as `share (Re v - h Im v)` with `(K / |pole| + sigma Gamma) v = sigma
-/// Gamma x`: sigma = -pole / |pole|, and `2 Re(rho v)` with rho = -residue / pole, whose share of a constant is 2 Re(rho).
-fn term(pole: [f64; 2], residue: [f64; 2]) -> Term {
-    let length = pole[0].hypot(pole[1]);
-    let square = length * length;
-    let rho = [
-        -(residue[0] * pole[0] + residue[1] * pole[1]) / square,
-        -(residue[1] * pole[0] - residue[0] * pole[1]) / square,
-    ];
-    Term {
-        sigma: [(-pole[0] / length) as f32, (-pole[1] / length) as f32],
-        beta: 1.0 / length,
-        h: (rho[1] / rho[0]) as f32,
-        share: (2.0 * rho[0]) as f32,
     }
 }

@@ -41,7 +41,8 @@ pub(super) trait Number<V: Lanes>: Copy {
     /// # Safety
     /// As [`Lanes::store`], for PARTS times 16 values.
     unsafe fn store(self, to: *mut f32);
-    fn from_real(value: V, zero: V) -> Self;
+    /// The imaginary part must be 0 where numbers are real.
+    fn from_parts(re: V, im: V) -> Self;
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
@@ -49,6 +50,8 @@ pub(super) trait Number<V: Lanes>: Copy {
     /// `1 / self`.
     fn recip(self, one: V) -> Self;
     fn re(self) -> V;
+    /// The imaginary part, `zero` where there is none.
+    fn im(self, zero: V) -> V;
     /// The largest part, for a measure of size.
     fn size(self) -> V;
     /// `re - h im`.
@@ -60,7 +63,7 @@ pub(super) trait Number<V: Lanes>: Copy {
     /// weight is `weight`: `t = beta weight / (weight + beta)`, new weight `sigma gamma + t`.
     fn eliminate(weight: Self, beta: V, gamma: V, sigma: Self, one: V, zero: V) -> Eliminated<V, Self>;
     /// This unknown's value from its own `x` and the value gathered before.
-    fn forth(step: &Eliminated<V, Self>, before: Self, x: V, zero: V) -> Self;
+    fn forth(step: &Eliminated<V, Self>, before: Self, x: Self) -> Self;
     /// The final value from the gathered one and the final one after it.
     fn back(back: Self, gathered: Self, after: Self, zero: V) -> Self;
 }
@@ -94,8 +97,8 @@ impl<V: Lanes> Number<V> for Real<V> {
         unsafe { self.0.store(to) };
     }
     #[inline(always)]
-    fn from_real(value: V, _: V) -> Self {
-        Self(value)
+    fn from_parts(re: V, _: V) -> Self {
+        Self(re)
     }
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -122,6 +125,10 @@ impl<V: Lanes> Number<V> for Real<V> {
         self.0
     }
     #[inline(always)]
+    fn im(self, zero: V) -> V {
+        zero
+    }
+    #[inline(always)]
     fn size(self) -> V {
         self.0.abs()
     }
@@ -136,18 +143,22 @@ impl<V: Lanes> Number<V> for Real<V> {
     #[inline(always)]
     fn eliminate(weight: Self, beta: V, gamma: V, _: Self, one: V, zero: V) -> Eliminated<V, Self> {
         let e = weight.0;
-        let pivot = one.div(e.add(beta));
-        let back = V::select(beta.lt(e), beta, e.neg(zero)).mul(pivot);
-        let t = e.mul(beta).mul(pivot);
+        // Two-sided, too: the smaller of the two conductors, less the little that the larger one holds back. The sum of
+        // both would round away what a long series of large ones amounts to.
+        let follows = beta.lt(e);
+        let smaller = V::select(follows, beta, e);
+        let part = smaller.mul(one.div(e.add(beta)));
+        let back = V::select(follows, part, part.neg(zero));
+        let t = smaller.neg_mul_add(part, smaller);
         let weight = gamma.add(t);
         let from_own = t.lt(gamma);
         let forth = V::select(from_own, t, gamma.neg(zero)).mul(one.div(weight));
         Eliminated { back: Self(back), weight: Self(weight), forth: Self(forth), from_own }
     }
     #[inline(always)]
-    fn forth(step: &Eliminated<V, Self>, before: Self, x: V, _: V) -> Self {
-        let from = V::select(step.from_own, x, before.0);
-        Self(step.forth.0.mul_add(before.0.sub(x), from))
+    fn forth(step: &Eliminated<V, Self>, before: Self, x: Self) -> Self {
+        let from = V::select(step.from_own, x.0, before.0);
+        Self(step.forth.0.mul_add(before.0.sub(x.0), from))
     }
     #[inline(always)]
     fn back(back: Self, gathered: Self, after: Self, zero: V) -> Self {
@@ -184,8 +195,8 @@ impl<V: Lanes> Number<V> for Complex<V> {
         }
     }
     #[inline(always)]
-    fn from_real(value: V, zero: V) -> Self {
-        Self { re: value, im: zero }
+    fn from_parts(re: V, im: V) -> Self {
+        Self { re, im }
     }
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -216,6 +227,10 @@ impl<V: Lanes> Number<V> for Complex<V> {
         self.re
     }
     #[inline(always)]
+    fn im(self, _: V) -> V {
+        self.im
+    }
+    #[inline(always)]
     fn size(self) -> V {
         self.re.abs().max(self.im.abs())
     }
@@ -235,15 +250,21 @@ impl<V: Lanes> Number<V> for Complex<V> {
         let square = e.norm();
         let pivot = Self { re: e.re.add(beta), im: e.im };
         let r = one.div(pivot.norm());
-        // e conj(e + beta) = |e|^2 + beta e; real parts are positive throughout, so no sum cancels.
-        let stay = Self { re: beta.mul_add(e.re, square).mul(r), im: beta.mul(e.im).mul(r) };
-        let t = stay.scale(beta);
+        // Numerators of e / (e + beta) and beta / (e + beta) over |e + beta|^2; real parts are positive, so no sum cancels.
         let follows = beta.mul(beta).lt(square);
         let beta_r = beta.mul(r);
-        let minus = stay.neg(zero);
+        let part = Self {
+            re: V::select(follows, pivot.re.mul(beta_r), square.mul(r).add(beta_r.mul(e.re))),
+            im: beta_r.mul(V::select(follows, e.im.neg(zero), e.im)),
+        };
         let back = Self {
-            re: V::select(follows, beta_r.mul(pivot.re), minus.re),
-            im: V::select(follows, beta_r.mul(pivot.im).neg(zero), minus.im),
+            re: V::select(follows, part.re, part.re.neg(zero)),
+            im: V::select(follows, part.im, part.im.neg(zero)),
+        };
+        let smaller = Self { re: V::select(follows, beta, e.re), im: V::select(follows, zero, e.im) };
+        let t = Self {
+            re: smaller.im.mul_add(part.im, smaller.re.neg_mul_add(part.re, smaller.re)),
+            im: smaller.re.neg_mul_add(part.im, smaller.im.neg_mul_add(part.re, smaller.im)),
         };
         let own = sigma.scale(gamma);
         let weight = own.add(t);
@@ -259,14 +280,14 @@ impl<V: Lanes> Number<V> for Complex<V> {
         Eliminated { back, weight, forth, from_own }
     }
     #[inline(always)]
-    fn forth(step: &Eliminated<V, Self>, before: Self, x: V, zero: V) -> Self {
-        let (re, im) = (before.re.sub(x), before.im);
-        let from_re = V::select(step.from_own, x, before.re);
-        let from_im = V::select(step.from_own, zero, before.im);
+    fn forth(step: &Eliminated<V, Self>, before: Self, x: Self) -> Self {
+        let d = before.sub(x);
+        let from_re = V::select(step.from_own, x.re, before.re);
+        let from_im = V::select(step.from_own, x.im, before.im);
         let f = step.forth;
         Self {
-            re: f.im.neg_mul_add(im, f.re.mul_add(re, from_re)),
-            im: f.im.mul_add(re, f.re.mul_add(im, from_im)),
+            re: f.im.neg_mul_add(d.im, f.re.mul_add(d.re, from_re)),
+            im: f.im.mul_add(d.re, f.re.mul_add(d.im, from_im)),
         }
     }
     #[inline(always)]

@@ -2,8 +2,9 @@
 
 use super::*;
 use pullfocus_core::Error;
-use pullfocus_core::diffusion::{Calibration, JacobiStop, Solver};
-use pullfocus_core::response::Rational;
+use pullfocus_core::Integrator;
+use pullfocus_core::diffusion::{Calibration, JacobiStop};
+use pullfocus_core::response::{DiscResponse, Rational};
 
 /// Numbers in 0..1 that look random and are the same everywhere.
 struct Noise(u64);
@@ -24,6 +25,7 @@ const RATIONAL: Diffusion = Diffusion {
     integrator: Integrator::Rational(Rational::GAUSSIAN),
     solver: Solver::Lu,
 };
+const DISC: Diffusion = Diffusion { integrator: Integrator::Disc, ..RATIONAL };
 const EULER: Diffusion = Diffusion { integrator: Integrator::BackwardEuler { steps: 1 }, ..RATIONAL };
 
 fn run(settings: &Diffusion, medium: &Medium<'_>, planes: &[Plane]) -> Vec<Plane> {
@@ -51,6 +53,9 @@ type C = [f64; 2];
 fn mul(a: C, b: C) -> C {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
+fn add(a: C, b: C) -> C {
+    [a[0] + b[0], a[1] + b[1]]
+}
 fn div(a: C, b: C) -> C {
     let n = b[0] * b[0] + b[1] * b[1];
     let q = mul(a, [b[0], -b[1]]);
@@ -58,18 +63,17 @@ fn div(a: C, b: C) -> C {
 }
 
 /// `(K - p Gamma) v = Gamma x` by elimination with row sums, in complex f64.
-fn reference_line(x: &[f64], c: &[f64], gamma: &[f64], k: f64, p: C) -> Vec<C> {
+fn resolvent(x: &[C], c: &[f64], gamma: &[f64], k: f64, p: C) -> Vec<C> {
     let n = x.len();
     let beta: Vec<f64> = (0..n.max(1) - 1).map(|i| k * c[i].abs().min(c[i + 1].abs()).powi(2)).collect();
     let own = |i: usize| [-p[0] * gamma[i], -p[1] * gamma[i]];
-    let (mut e, mut z): (Vec<C>, Vec<C>) = (vec![own(0)], vec![[gamma[0] * x[0], 0.0]]);
+    let known = |i: usize| [gamma[i] * x[i][0], gamma[i] * x[i][1]];
+    let (mut e, mut z): (Vec<C>, Vec<C>) = (vec![own(0)], vec![known(0)]);
     for i in 1..n {
         let b = beta[i - 1];
         let part = div([b, 0.0], [e[i - 1][0] + b, e[i - 1][1]]);
-        let t = mul(part, e[i - 1]);
-        let r = mul(part, z[i - 1]);
-        e.push([own(i)[0] + t[0], own(i)[1] + t[1]]);
-        z.push([gamma[i] * x[i] + r[0], r[1]]);
+        e.push(add(own(i), mul(part, e[i - 1])));
+        z.push(add(known(i), mul(part, z[i - 1])));
     }
     let mut y = vec![[0.0; 2]; n];
     for i in (0..n).rev() {
@@ -80,16 +84,8 @@ fn reference_line(x: &[f64], c: &[f64], gamma: &[f64], k: f64, p: C) -> Vec<C> {
     y
 }
 
-/// The whole of [`diffuse`] in f64, without solvers' approximations.
-fn reference(settings: &Diffusion, medium: &Medium<'_>, plane: &Plane) -> Vec<f64> {
-    let size = plane.size();
-    let mut data: Vec<f64> = plane.data().iter().map(|v| f64::from(*v)).collect();
-    let (steps, poles) = match settings.integrator {
-        Integrator::BackwardEuler { steps } => (steps, ([-1.0, 0.0], [0.5, 0.0])),
-        Integrator::Rational(r) => (1, r.pole().map(|p| (p.pole, p.residue)).unwrap()),
-        Integrator::Disc => panic!(),
-    };
-    let k = f64::from(settings.calibration.factor()) / f64::from(steps);
+/// [`resolvent`] along every row or column of a picture.
+fn resolvents(x: &[C], size: Size, vertical: bool, medium: &Medium<'_>, k: f64, p: C) -> Vec<C> {
     let c: Vec<f64> = match medium.conductivity {
         Conductivity::Circle(plane) => plane.data().iter().map(|v| f64::from(*v)).collect(),
         Conductivity::Uniform(d) => vec![f64::from(d); size.area()],
@@ -98,21 +94,55 @@ fn reference(settings: &Diffusion, medium: &Medium<'_>, plane: &Plane) -> Vec<f6
         Some(plane) => plane.data().iter().map(|v| f64::from(v.max(1e-15))).collect(),
         None => vec![1.0; size.area()],
     };
-    for _ in 0..steps {
-        for vertical in [false, true] {
-            let (lines, n) = if vertical { (size.width, size.height) } else { (size.height, size.width) };
-            let scale = if vertical { f64::from(medium.vertical_scale).powi(2) } else { 1.0 };
-            for line in 0..lines {
-                let at = |i: usize| if vertical { i * size.width + line } else { line * size.width + i };
-                let take = |from: &[f64]| (0..n).map(|i| from[at(i)]).collect::<Vec<_>>();
-                let v = reference_line(&take(&data), &take(&c), &take(&gamma), k * scale, poles.0);
-                for i in 0..n {
-                    data[at(i)] = 2.0 * mul(poles.1, v[i])[0];
-                }
-            }
+    let (lines, n) = if vertical { (size.width, size.height) } else { (size.height, size.width) };
+    let k = if vertical { k * f64::from(medium.vertical_scale).powi(2) } else { k };
+    let mut out = vec![[0.0; 2]; x.len()];
+    for line in 0..lines {
+        let at = |i: usize| if vertical { i * size.width + line } else { line * size.width + i };
+        let take = |from: &[f64]| (0..n).map(|i| from[at(i)]).collect::<Vec<_>>();
+        let known: Vec<C> = (0..n).map(|i| x[at(i)]).collect();
+        for (i, v) in resolvent(&known, &take(&c), &take(&gamma), k, p).into_iter().enumerate() {
+            out[at(i)] = v;
         }
     }
-    data
+    out
+}
+
+/// The whole of [`diffuse`] in f64, without solvers' approximations.
+fn reference(settings: &Diffusion, medium: &Medium<'_>, plane: &Plane) -> Vec<f64> {
+    let size = plane.size();
+    let mut data: Vec<C> = plane.data().iter().map(|v| [f64::from(*v), 0.0]).collect();
+    let k = f64::from(settings.calibration.factor());
+    let (steps, pole, residue) = match settings.integrator {
+        Integrator::BackwardEuler { steps } => (steps, [-1.0, 0.0], [0.5, 0.0]),
+        Integrator::Rational(r) => r.pole().map(|p| (1, p.pole, p.residue)).unwrap(),
+        Integrator::Disc => {
+            let DiscResponse { poles, a, b } = DiscResponse::LENS;
+            let fields = poles.map(|p| resolvents(&data, size, false, medium, k, p));
+            let mut sum = vec![0.0; size.area()];
+            for j in 0..2 {
+                let mixed: Vec<C> = (0..size.area())
+                    .map(|at| {
+                        let term = |i: usize| {
+                            let u: C = fields[i][at];
+                            add(mul(a[i][j], u), mul(b[i][j], [u[0], -u[1]]))
+                        };
+                        add(term(0), term(1))
+                    })
+                    .collect();
+                let solved = resolvents(&mixed, size, true, medium, k, poles[j]);
+                sum.iter_mut().zip(solved).for_each(|(sum, v)| *sum += 2.0 * v[0]);
+            }
+            return sum;
+        }
+    };
+    for _ in 0..steps {
+        for vertical in [false, true] {
+            data = resolvents(&data, size, vertical, medium, k / f64::from(steps), pole);
+            data.iter_mut().for_each(|v| *v = [2.0 * mul(residue, *v)[0], 0.0]);
+        }
+    }
+    data.into_iter().map(|v| v[0]).collect()
 }
 
 /// Largest difference, as a part of the largest value.
@@ -243,8 +273,9 @@ fn long_lines_agree_with_f64() {
                     let settings = Diffusion { integrator, solver, ..RATIONAL };
                     let out = run(&settings, &medium, std::slice::from_ref(&plane));
                     let error = error(&out[0], &reference(&settings, &medium, &plane));
-                    // The gathered weight goes through a thousand links in series; each rounds it.
-                    let close = if c > 1000.0 { 3.0 * CLOSE } else { CLOSE };
+                    // Across the hole the widest blur is a straight ramp of 1200 steps, each rounded by up to
+                    // 3e-8 and all alike, in up to three integration steps.
+                    let close = if c > 1000.0 { 1e-4 } else { CLOSE };
                     assert!(error < close, "{c} {} {settings:?}: {error}", gamma.is_some());
                 }
             }
@@ -281,7 +312,7 @@ fn along_one_axis_the_operator_is_its_own_adjoint() {
                 .map(|i| f64::from(a.data()[i]) * f64::from(gamma.data()[i]) * f64::from(b.data()[i]))
                 .sum()
         };
-        for settings in [EULER, RATIONAL] {
+        for settings in [EULER, RATIONAL, DISC] {
             let out = run(&settings, &medium, &[a.clone(), b.clone()]);
             let (left, right) = (dot(&a, &out[1]), dot(&out[0], &b));
             assert!((left / right - 1.0).abs() < 1e-6, "{left} {right}");
@@ -298,7 +329,7 @@ fn a_value_without_weight_leaves_no_trace() {
     let with = |value: f32| Plane::from_fn(size, |x, _| if hidden(x) { value } else { 0.01 }).unwrap();
     let medium =
         Medium { conductivity: Conductivity::Uniform(30.0), gamma: Some(&gamma), vertical_scale: 1.0 };
-    for settings in [EULER, RATIONAL] {
+    for settings in [EULER, RATIONAL, DISC] {
         let out = run(&settings, &medium, &[with(6e4)]);
         let worst = out[0].data().iter().map(|v| (v - 0.01).abs()).fold(0.0, f32::max);
         assert!(worst < 1e-7, "{settings:?} {worst}");
