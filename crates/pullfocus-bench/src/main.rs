@@ -1,2 +1,55 @@
-//! Unpublished: benchmarks, the quality table, the papers' figures.
-fn main() {}
+//! Unpublished: benchmarks, the quality table, the papers' figures. Each command writes tables into `docs/results` and
+//! pictures into `docs/pictures`, with the machine, the commit and the command that made them.
+
+mod chart;
+mod data;
+mod figures;
+mod jacobi;
+mod panels;
+mod place;
+mod quality;
+mod speed;
+mod table;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// Measures pullfocus and draws the papers' figures.
+#[derive(Parser)]
+#[command(name = "pullfocus-bench")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// The second paper's appendix: error of Jacobi against sweeps and against size.
+    Jacobi(jacobi::Options),
+    /// Scores every method against path-traced references.
+    Quality(quality::Options),
+    /// The papers' figures with our scenes: each failure and its cure.
+    Figures(figures::Options),
+    /// Frames per second, time per unknown, memory.
+    Speed(speed::Options),
+}
+
+fn main() -> Result<()> {
+    match Arguments::parse().command {
+        Command::Jacobi(options) => jacobi::run(&options),
+        Command::Quality(options) => quality::run(&options),
+        Command::Figures(options) => figures::run(&options),
+        Command::Speed(options) => speed::run(&options),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_fit_together() {
+        Arguments::command().debug_assert();
+    }
+}
