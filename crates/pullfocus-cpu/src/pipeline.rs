@@ -95,6 +95,7 @@ impl Renderer {
                 &element.picture,
                 alpha,
                 &self.foreground_coc,
+                &self.coc,
                 &mut base.picture,
             )?;
         }

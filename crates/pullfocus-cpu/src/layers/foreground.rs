@@ -2,7 +2,7 @@
 //!
 //! # Theory
 //! A near object out of focus turns transparent at its edges, and what is behind shows through. The element's
-//! circles of confusion are carried beyond it (diffused with gamma = alpha); then its alpha and its premultiplied
+//! circles of confusion are carried beyond it (averages weighted by alpha, at several scales); then its alpha and its premultiplied
 //! colour are blurred with the carried circles, and the result is laid over what is behind.
 //!
 //! # Changes from the paper
@@ -11,21 +11,23 @@
 //! Here gamma is 1 in the last step, so coverage is conserved: what alpha loses inside it gains outside.
 //! The conformance tests keep the letter beside this form.
 
+use super::fill::{Sources, enlarge_row, fill, finest_step};
 use super::over;
-use crate::rows::{fold_rows, for_each_row};
+use crate::rows::for_each_row;
 use crate::work::Work;
 use pullfocus_core::{Picture, Plane, Result};
 
-/// Blurs `element` with the circles `coc` and lays it over `picture`. Both have the same colour planes, and
-/// `alpha` is the element's coverage.
+/// Blurs `element` with the circles `coc` and lays it over `picture`, whose own circles are `behind`. Both have the
+/// same colour planes, and `alpha` is the element's coverage.
 pub fn blur_element_over(
     work: &mut Work<'_>,
     element: &Picture,
     alpha: &Plane,
     coc: &Plane,
+    behind: &Plane,
     picture: &mut Picture,
 ) -> Result<()> {
-    let circle = work.stage("foreground", |work| extend(work, alpha, coc))?;
+    let circle = work.stage("foreground", |work| extend(work, &Believed { alpha, coc, behind }))?;
     let mut planes = Vec::new();
     for plane in element.colors.iter().chain([alpha]) {
         planes.push(work.memory.planes.copy(plane)?);
@@ -47,28 +49,47 @@ pub fn blur_element_over(
     Ok(())
 }
 
-/// Absolute diameters, the element's own where it is and carried on from there where it is not.
-fn extend(work: &mut Work<'_>, alpha: &Plane, coc: &Plane) -> Result<Plane> {
-    let size = coc.size();
-    let largest = fold_rows(
-        size.height,
-        work.cancel,
-        |y| coc.row(y).iter().zip(alpha.row(y)).fold(0f32, |most, (c, a)| most.max(c.abs() * a)),
-        f32::max,
-    )?;
+/// The element's diameters where its depth can be believed: weighted by alpha, in front of what is behind. An
+/// anti-aliased edge pixel whose centre missed the element carries the depth of whatever is farther away.
+struct Believed<'a> {
+    alpha: &'a Plane,
+    coc: &'a Plane,
+    behind: &'a Plane,
+}
+
+impl Sources for Believed<'_> {
+    fn groups(&self) -> &[usize] {
+        &[1]
+    }
+
+    fn weighted_rows(&self, y: usize, rows: &mut [Vec<f32>]) {
+        let [circles, weights] = rows else { return };
+        for (x, (circle, weight)) in circles.iter_mut().zip(weights).enumerate() {
+            let c = self.coc.at(x, y);
+            // Farther away is a larger signed diameter, whatever the focus.
+            *weight = if c < self.behind.at(x, y) { self.alpha.at(x, y).clamp(0.0, 1.0) } else { 0.0 };
+            *circle = c.abs() * *weight;
+        }
+    }
+}
+
+/// Absolute diameters: the element's own where they can be believed, carried on from there where not.
+fn extend(work: &mut Work<'_>, believed: &Believed<'_>) -> Result<Plane> {
+    let size = believed.coc.size();
+    let mut filled = fill(work, size, believed)?;
+    let step = finest_step(work.display_width);
     let mut circle = work.memory.planes.take(size)?;
     for_each_row(&mut circle, work.cancel, |y, row| {
-        for ((circle, c), a) in row.iter_mut().zip(coc.row(y)).zip(alpha.row(y)) {
-            *circle = if *a > 0.0 { c.abs() } else { 0.0 };
+        if let Some(filled) = filled.first() {
+            enlarge_row(filled, step, y, 0, row);
+        }
+        let own = believed.coc.row(y).iter().zip(believed.behind.row(y));
+        for ((circle, (&c, &behind)), &alpha) in row.iter_mut().zip(own).zip(believed.alpha.row(y)) {
+            if alpha > 0.0 && c < behind {
+                *circle = c.abs();
+            }
         }
     })?;
-    // Twice the largest: blurred coverage reaches one circle beyond the edge and fades over another.
-    work.fill(&mut [&mut circle], 2.0 * largest.unwrap_or(0.0), alpha)?;
-    for_each_row(&mut circle, work.cancel, |y, row| {
-        for ((circle, c), a) in row.iter_mut().zip(coc.row(y)).zip(alpha.row(y)) {
-            let a = a.clamp(0.0, 1.0);
-            *circle = a * c.abs() + (1.0 - a) * *circle;
-        }
-    })?;
+    work.memory.planes.give(filled.drain(..));
     Ok(circle)
 }
