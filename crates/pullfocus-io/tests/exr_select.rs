@@ -196,7 +196,7 @@ fn chroma_subsampled_and_deep_pictures_say_what_to_do() {
     );
     let lines = [(0, raw::scan_line(0, &[0; 8])), (0, raw::scan_line(1, &[0; 4]))];
     let error = refused(&document(&raw::assemble(2, &[yc], &lines)), &Selection::default());
-    assert!(error.contains("chroma") && error.contains("convert it"), "{error}");
+    assert!(error.contains("chroma") && error.contains("save it with full R"), "{error}");
 
     let (deep, chunk) = raw::deep_part();
     let deep = document(&raw::assemble(0x802, &[deep], &[(0, chunk)]));

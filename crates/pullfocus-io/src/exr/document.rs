@@ -257,14 +257,13 @@ impl Document {
         if channel.deep {
             return Err(deep(self.path()));
         }
-        let part = &self.container.parts[channel.part].header;
-        if part.channels.list.iter().any(|c| c.sampling != exr::math::Vec2(1, 1)) {
+        if channel.sub_sampled {
             return Err(FileError::unsupported(
                 self.path(),
                 format!(
                     "the part with channel '{name}' stores some channels for a part of the pixels (chroma subsampling)"
                 ),
-                "convert it to RGB first, for example with 'oiiotool in.exr --ch R,G,B -o out.exr'",
+                "save it with full R, G and B channels first",
             ));
         }
         Ok(())
@@ -273,7 +272,9 @@ impl Document {
     /// Channels that may hold depth for a view, the likeliest first.
     fn find_depths(&self, near_part: Option<usize>, view: Option<&str>) -> Vec<&Channel> {
         self.catalogue.depths(near_part, |channel| {
-            !channel.deep && (channel.view.is_none() || channel.view.as_deref() == view)
+            !channel.deep
+                && !channel.sub_sampled
+                && (channel.view.is_none() || channel.view.as_deref() == view)
         })
     }
 

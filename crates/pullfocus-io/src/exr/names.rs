@@ -21,7 +21,7 @@ pub(crate) struct Channel {
     pub base: String,
     pub view: Option<String>,
     pub sample_type: SampleType,
-    /// Only some of its pixels are stored.
+    /// Its part holds channels of which only some pixels are stored, which cannot be decoded.
     pub sub_sampled: bool,
     pub deep: bool,
 }
@@ -138,6 +138,7 @@ impl Catalogue {
                     all.views.push(view.clone());
                 }
             }
+            let sub_sampled = p.header.channels.list.iter().any(|c| c.sampling != exr::math::Vec2(1, 1));
             for (index, channel) in p.header.channels.list.iter().enumerate() {
                 let name = shown(channel.name.as_slice());
                 let mut components: Vec<&str> = name.split('.').collect();
@@ -171,7 +172,7 @@ impl Catalogue {
                         exr::meta::attribute::SampleType::F32 => SampleType::Float,
                         exr::meta::attribute::SampleType::U32 => SampleType::Uint,
                     },
-                    sub_sampled: channel.sampling != exr::math::Vec2(1, 1),
+                    sub_sampled,
                     deep: p.header.deep,
                     name,
                 });
