@@ -30,9 +30,10 @@ pub fn figure_2(scenes: &[DevScene]) -> Result<Figure> {
     })
 }
 
-/// The threshold of the preview, in pixels.
-fn threshold(scene: &DevScene) -> f64 {
-    0.01 * scene.size.width as f64
+/// The circle of confusion, in pixels, from which on these figures count a pixel as background: four fifths of the largest,
+/// so that what is only a little out of focus leaves the background layer, too.
+fn threshold(lens: &Reference) -> f64 {
+    0.8 * lens.largest_circle
 }
 
 fn input(scene: &DevScene, lens: &Reference) -> (Vec<Grid>, Grid) {
@@ -45,21 +46,20 @@ pub fn figure_3(scenes: &[DevScene]) -> Result<Figure> {
     let lens = reference(leaves, 0)?;
     let (colors, diameter) = input(leaves, lens);
     let single = render(leaves.single(), lens, &settings(Layering::Single, one_step()))?;
-    let layer = picture(&background_layer(&colors, &diameter, threshold(leaves), &one_step()));
-    let blend = render(leaves.single(), lens, &settings(Layering::PAPER, one_step()))?;
+    let layer = picture(&background_layer(&colors, &diameter, threshold(lens), &one_step()));
+    let threshold = threshold(lens);
+    let layering = Layering::Background { layers: 1, threshold: threshold / leaves.size.width as f64 };
+    let blend = render(leaves.single(), lens, &settings(layering, one_step()))?;
     let last = render(leaves.single(), lens, &Settings::default())?;
     Ok(Figure {
         name: "first_3",
         title: "First paper, figure 3: blurring underneath",
-        text: "The pinhole picture; one layer, where sharp leaves keep the field behind them from blurring into itself; the background layer \
-               alone, leaves taken out by the matte and the gaps filled by diffusion; both blended by the matte (`--preset preview`); this \
-               project's default; reference."
-            .to_owned(),
-        panels: panels(
-            &[&leaves.input.picture, &single, &layer, &blend, &last, &lens.picture],
-            None,
-            1,
-        )?,
+        text: format!(
+            "The pinhole picture; one layer, where sharp leaves keep the field behind them from blurring into itself; the background layer \
+             alone, leaves taken out by the matte (1 from {threshold:.0} px on) and the gaps filled by diffusion; both blended by the matte; this \
+             project's default; reference."
+        ),
+        panels: panels(&[&leaves.input.picture, &single, &layer, &blend, &last, &lens.picture], None, 1)?,
         columns: 2,
     })
 }
@@ -69,7 +69,7 @@ pub fn figure_4(scenes: &[DevScene]) -> Result<Figure> {
     let leaves = scene(scenes, LEAVES)?;
     let lens = reference(leaves, 0)?;
     let (_, diameter) = input(leaves, lens);
-    let threshold = threshold(leaves);
+    let threshold = threshold(lens);
     let extended = extend(&diameter, &matte(&diameter, threshold), threshold, &one_step()).to_plane();
     let most = lens.largest_circle as f32;
     Ok(Figure {
@@ -122,7 +122,7 @@ pub fn figure_6_failure(scenes: &[DevScene]) -> Result<Figure> {
     let lens = reference(fence, 0)?;
     let behind = grids(&fence.behind.picture.colors);
     let behind_circles = Grid::from_plane(&circles(&fence.behind, &lens.camera)?);
-    let behind = midground_and_background(&behind, &behind_circles, &[threshold(fence)], &one_step());
+    let behind = midground_and_background(&behind, &behind_circles, &[threshold(lens)], &one_step());
     let front = &fence.foreground.picture;
     let alpha = Grid::from_plane(front.alpha.as_ref().context("the fence has alpha")?);
     let own = Grid::from_plane(&circles(&fence.foreground, &lens.camera)?);

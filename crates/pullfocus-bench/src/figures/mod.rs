@@ -34,18 +34,24 @@ struct Figure {
     columns: usize,
 }
 
+/// Makes one figure out of the data.
+type Maker = fn(&[DevScene]) -> Result<Figure>;
+
 /// Runs the command.
 pub fn run(options: &Options) -> Result<()> {
     let folder = options.data.clone().unwrap_or_else(|| workspace().join("data/dev480"));
     let scenes = read_all(&folder)?;
-    let mut makers: Vec<fn(&[DevScene]) -> Result<Figure>> =
-        vec![first::figure_2, first::figure_3, first::figure_4, first::figure_6, first::figure_6_failure];
-    makers.extend([
-        second::figure_2_1_a as fn(&[DevScene]) -> Result<Figure>,
+    let mut makers: Vec<Maker> = vec![
+        first::figure_2,
+        first::figure_3,
+        first::figure_4,
+        first::figure_6,
+        first::figure_6_failure,
+        second::figure_2_1_a,
         second::figure_2_1_b,
         second::figure_3_1,
         second::figure_3_2,
-    ]);
+    ];
     if options.output.quick {
         makers.truncate(1);
     }

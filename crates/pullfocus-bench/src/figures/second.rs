@@ -1,16 +1,23 @@
 //! Figures of the second paper.
 
 use super::{Figure, grids, one_step, panels, picture, reference, render, scene, settings};
-use crate::data::{DevScene, circles};
+use crate::data::{DevScene, Reference, circles};
+use crate::quality::score::Truth;
 use anyhow::{Context, Result};
 use pullfocus::diffusion::Calibration;
-use pullfocus::{Diffusion, Layering, Settings};
+use pullfocus::{Diffusion, Layering, Picture, Settings};
 use pullfocus_testkit::Grid;
 use pullfocus_testkit::reference::diffuse;
 use pullfocus_testkit::reference::layers::{LEAST_GAMMA, midground_and_background};
 
-/// The part of the leaves' picture that is shown, in parts of it: left, top, width, height.
-const LEAVES: [f64; 4] = [0.3, 0.1, 0.4, 0.45];
+/// A third of the leaves' picture each way, where one layer errs most.
+fn place(scene: &DevScene, lens: &Reference, single: &Picture) -> Result<[f64; 4]> {
+    let (width, height) = (scene.size.width, scene.size.height);
+    let [x, y, w, h] = Truth::new(scene, lens)?.worst_place(single, width / 3, height / 3)?;
+    let part = |pixels: usize, whole: usize| pixels as f64 / whole as f64;
+    Ok([part(x, width), part(y, height), part(w, width), part(h, height)])
+}
+
 /// The part with the cow.
 const COW: [f64; 4] = [0.0, 0.5, 0.4, 0.45];
 
@@ -26,7 +33,7 @@ pub fn figure_2_1_a(scenes: &[DevScene]) -> Result<Figure> {
         text: "One layer: between sharp leaves the field behind keeps its own patches, since nothing flows through what is in focus. This \
                project's default; reference."
             .to_owned(),
-        panels: panels(&[&single, &last, &lens.picture], Some(LEAVES), 2)?,
+        panels: panels(&[&single, &last, &lens.picture], Some(place(leaves, lens, &single)?), 2)?,
         columns: 3,
     })
 }
@@ -92,6 +99,7 @@ pub fn figure_3_2(scenes: &[DevScene]) -> Result<Figure> {
     let letter = Diffusion { calibration: Calibration::Beck, ..one_step() };
     let colors = grids(&leaves.input.picture.colors);
     let threshold = 0.01 * leaves.size.width as f64;
+    let single = render(leaves.single(), lens, &settings(Layering::Single, one_step()))?;
     let theirs = picture(&midground_and_background(&colors, &diameter, &[threshold], &letter));
     let paper = render(leaves.single(), lens, &settings(Layering::PAPER, one_step()))?;
     let last = render(leaves.single(), lens, &Settings::default())?;
@@ -103,7 +111,7 @@ pub fn figure_3_2(scenes: &[DevScene]) -> Result<Figure> {
              counts as background too, and everything is blurred 2.8 times too wide. The first paper's background layer as this project has it, \
              only what is behind focus, calibrated by variance (`--preset preview`); this project's default; reference."
         ),
-        panels: panels(&[&theirs, &paper, &last, &lens.picture], Some(LEAVES), 2)?,
+        panels: panels(&[&theirs, &paper, &last, &lens.picture], Some(place(leaves, lens, &single)?), 2)?,
         columns: 2,
     })
 }

@@ -1,7 +1,7 @@
 //! Every method against path-traced references.
 
 mod methods;
-mod score;
+pub mod score;
 mod write;
 
 use crate::data::{DevScene, read_all};
@@ -111,9 +111,7 @@ fn crops(options: &Options, scene: &DevScene, truth: &Truth, index: usize) -> Re
     let panel = |picture: &Picture| -> Result<Panel> { Ok(Panel::of(picture)?.crop(crop)) };
     let panels = [panel(&scene.input.picture)?, panel(&single)?, panel(&last)?, panel(&reference.picture)?];
     let name = write::crop_name(&reference.name);
-    options
-        .output
-        .write_bytes(&name, &Panel::grid(&panels, 4)?.enlarged(if w < 240 { 2 } else { 1 }).to_jpeg()?)
+    options.output.write_bytes(&name, &Panel::grid(&panels, 4)?.to_png()?)
 }
 
 #[cfg(test)]
@@ -137,6 +135,6 @@ mod tests {
             assert!(text.contains(&method.name()), "{} is missing", method.name());
         }
         assert!(!text.contains("NaN"), "{text}");
-        assert!(folder.path().join("pictures/quality/S3_windmill_0.jpg").is_file());
+        assert!(folder.path().join("pictures/quality/S3_windmill_0.png").is_file());
     }
 }

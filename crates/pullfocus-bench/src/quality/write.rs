@@ -8,7 +8,7 @@ use crate::table::Table;
 
 /// Where a reference's crops go, below the results' folder.
 pub fn crop_name(reference: &str) -> String {
-    format!("pictures/quality/{}.jpg", reference.replace('/', "_"))
+    format!("pictures/quality/{}.png", reference.replace('/', "_"))
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -43,7 +43,7 @@ pub fn report(scenes: &[DevScene], results: &Results) -> String {
     text += &references(scenes);
     text += "\n## Side by side\n\nPinhole, one layer, `final`, reference; where one layer errs most.\n\n";
     for name in &results.references {
-        text += &format!("{name}\n\n![{name}](../{})\n\n", crop_name(name));
+        text += &format!("{name}\n\n<img src=\"../{}\" alt=\"{name}\" width=\"100%\">\n\n", crop_name(name));
     }
     text
 }

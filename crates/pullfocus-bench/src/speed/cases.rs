@@ -73,7 +73,8 @@ fn depth(size: Size) -> Plane {
         match (post, v) {
             (true, v) if v > 0.15 => 2.0 + 3.0 * (u * 7.0).floor(),
             (_, v) if v < 0.35 => f32::INFINITY,
-            (_, v) => 0.65 / (v - 0.35 + 0.0217) / 1.0 + 1.0,
+            // 1/z runs evenly, as on flat ground.
+            (_, v) => 1.0 / (1.0 / 30.0 + (0.5 - 1.0 / 30.0) * (v - 0.35) / 0.65),
         }
     })
 }

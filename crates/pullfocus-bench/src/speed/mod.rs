@@ -8,7 +8,8 @@ use crate::table::Table;
 use anyhow::Result;
 use cases::Case;
 use clap::Args;
-use pullfocus::Size;
+use pullfocus::diffusion::JacobiStop;
+use pullfocus::{Diffusion, Integrator, Size, Solver};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -39,12 +40,13 @@ pub fn run(options: &Options) -> Result<()> {
         "# Speed\n\n{}\n\n\
          Medians of {rounds} rounds; every round runs each case of a table once, so that a slow moment hits all of them. A warm renderer: its\n\
          buffers are there from the frame before. Reading and writing files is not in it. Circles of confusion come from depth.\n\n\
-         {}{}{}{}{}",
+         {}{}{}{}{}{}",
         provenance(),
         papers(rounds, quick)?,
         sizes(rounds, quick)?,
         circles(rounds, quick)?,
         copies(rounds, quick)?,
+        solvers(rounds, quick)?,
         memory::table(quick, options.memory_16k)?,
     );
     options.output.write("results/speed.md", &text)
@@ -216,6 +218,45 @@ fn copies(rounds: usize, quick: bool) -> Result<String> {
     ))
 }
 
+/// One backward-Euler step by each solver.
+fn solvers(rounds: usize, quick: bool) -> Result<String> {
+    let size = size(1920, 1080, quick);
+    let sweeps = 10;
+    let solvers = [
+        ("elimination (`lu`)".to_owned(), Solver::Lu),
+        ("cyclic reduction".to_owned(), Solver::CyclicReduction),
+        (format!("Jacobi, {sweeps} sweeps an axis"), Solver::Jacobi(JacobiStop::Sweeps(sweeps))),
+    ];
+    let mut cases = vec![];
+    for (_, solver) in &solvers {
+        let integrator = Integrator::BackwardEuler { steps: 1 };
+        cases.push(cases::DiffusionCase::new(
+            size,
+            Diffusion { integrator, solver: *solver, ..Diffusion::default() },
+        )?);
+    }
+    let mut times = vec![vec![]; cases.len()];
+    for round in 0..=rounds {
+        for (case, times) in cases.iter_mut().zip(&mut times) {
+            let seconds = case.run()?;
+            if round > 0 {
+                times.push(seconds);
+            }
+        }
+    }
+    let mut table = Table::new(["solver", "ms", "ns per unknown"]);
+    for ((name, _), times) in solvers.iter().zip(&mut times) {
+        let time = median(times);
+        let unknown = time * 1e9 / (6 * size.area()) as f64;
+        table.row([name.clone(), format!("{:.1}", time * 1e3), format!("{unknown:.2}")]);
+    }
+    Ok(format!(
+        "## Solvers\n\n1920 x 1080, three planes, one backward-Euler step. Elimination and cyclic reduction are exact; how far sweeps are from\n\
+         the solution is in [jacobi.md](jacobi.md).\n\n{}\n",
+        table.to_markdown()
+    ))
+}
+
 /// A copy on all threads.
 struct Copy {
     from: Vec<u64>,
@@ -266,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_quick_run_fills_every_table() {
-        for table in [papers, sizes, circles, copies] {
+        for table in [papers, sizes, circles, copies, solvers] {
             let text = table(1, true).unwrap();
             assert!(text.lines().filter(|line| line.starts_with('|')).count() > 3, "{text}");
             assert!(!text.contains("NaN"), "{text}");
