@@ -65,8 +65,12 @@ fn both_eyes_of_a_multi_part_file_are_found_by_attribute() {
         assert_eq!(selected.channels.colors[0].name, "R");
         assert_eq!(selected.frame.data.x, x, "the part's own window");
         assert_eq!(selected.frame.display.size, Size::new(2048, 1556));
-        let depth = selected.depth.unwrap();
+        let depth = selected.depth.as_ref().unwrap();
         assert_eq!(depth.name, format!("depth_{eye}:Z"));
+        for name in ["rgba", "rgba_*", &format!("rgba_{eye}")] {
+            let named = Selection { layers: vec![name.to_owned()], ..view(eye) };
+            assert_eq!(document.select(&named).unwrap().channels, selected.channels, "{name}");
+        }
         assert_eq!(depth.plane.size(), selected.picture.size());
     }
 }

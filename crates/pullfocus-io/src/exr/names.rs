@@ -226,16 +226,20 @@ impl Catalogue {
         self.of_layer(layer).any(|(_, channel)| matches!(channel.base.as_str(), "RY" | "BY"))
     }
 
+    /// The name of the layer's part without its view: "rgba" of "rgba_right" or "rgba.right".
+    fn part_stem(&self, layer: &Layer) -> &str {
+        let part = self.part_names[layer.part].as_deref().unwrap_or_default();
+        match &layer.view {
+            Some(view) => part.strip_suffix(view.as_str()).unwrap_or(part).trim_end_matches(['.', '_', '-']),
+            None => part,
+        }
+    }
+
     /// How much like the whole picture a layer is; 0 is most, none is not at all.
     fn beauty_rank(&self, layer: &Layer) -> Option<u8> {
         let (colours, _) = self.colours(layer);
         let named = |name: &str| BEAUTY.contains(&last(name).as_str());
-        let part = self.part_names[layer.part].as_deref().unwrap_or_default();
-        // "rgba_right", "beauty.left": the view is no part of the name.
-        let part = match &layer.view {
-            Some(view) => part.strip_suffix(view.as_str()).unwrap_or(part).trim_end_matches(['.', '_', '-']),
-            None => part,
-        };
+        let part = self.part_stem(layer);
         if says_depth(&layer.name) || (layer.name.is_empty() && says_depth(part)) {
             return None;
         }
@@ -330,8 +334,9 @@ impl Catalogue {
         let part = self.part_names[layer.part].as_deref().unwrap_or_default();
         let mut names = vec![self.layer_name(layer)];
         if layer.name.is_empty() {
-            if self.part_names.len() == 1 {
-                names.extend(["rgb", "RGBA", "beauty"].map(str::to_owned));
+            names.push(self.part_stem(layer).to_owned());
+            if self.beauty_rank(layer) == Some(0) {
+                names.extend(["rgba", "rgb", "RGBA", "beauty"].map(str::to_owned));
             }
         } else {
             names.push(format!("{part}.{}", layer.name));

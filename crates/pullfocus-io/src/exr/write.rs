@@ -8,6 +8,7 @@ use crate::exr::container::{
 use crate::exr::document::Document;
 use crate::exr::pixels::{Block, batches, block_window, decode, row_layout, store};
 use crate::exr::selection::{ChannelSource, Channels, SampleType};
+use crate::output::{Existing, PendingFile};
 use exr::block::chunk::TileCoordinates;
 use exr::compression::Compression;
 use exr::math::Vec2;
@@ -200,41 +201,22 @@ impl Document {
     }
 
     /// [`Document::write_to`] a file, by way of a temporary one beside it: `path` holds the whole picture or
-    /// is left as it was. `path` may be the document's own.
+    /// is left as it was. A file that is there is replaced, the document's own too.
     ///
     /// # Errors
-    /// As [`Document::write_to`], with `path` in the message.
+    /// As [`Document::write_to`] and [`PendingFile`], with `path` in the message.
     pub fn write(&self, path: impl AsRef<Path>, channels: &Channels, picture: &Picture) -> FileResult<()> {
-        save(path.as_ref(), |out| self.write_to(out, channels, picture))
+        let path = path.as_ref();
+        let mut out = PendingFile::create(path, Existing::Replace)?;
+        self.write_to(&mut out, channels, picture).map_err(|error| match error {
+            FileError::Io { file, doing, source } if file == Path::new(OUTPUT) => {
+                FileError::io(path, doing, source)
+            }
+            error => error,
+        })?;
+        out.commit()?;
+        Ok(())
     }
-}
-
-/// Writes a file under a temporary name and renames it once it is whole.
-pub(crate) fn save(
-    path: &Path,
-    write: impl FnOnce(&mut std::io::BufWriter<&std::fs::File>) -> FileResult<()>,
-) -> FileResult<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let io = |error| FileError::io(path, "write", error);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".pullfocus-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As any new file: what the umask leaves.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let file = builder.tempfile_in(folder).map_err(io)?;
-    let mut out = std::io::BufWriter::with_capacity(1 << 20, file.as_file());
-    write(&mut out).and_then(|()| out.flush().map_err(io)).map_err(|error| match error {
-        FileError::Io { file, doing, source } if file == Path::new(OUTPUT) => {
-            FileError::io(path, doing, source)
-        }
-        error => error,
-    })?;
-    drop(out);
-    file.persist(path).map_err(|error| FileError::io(path, "rename", error.error))?;
-    Ok(())
 }
 
 /// How a part is written: as it was, unless its channels change and its compression loses something.
