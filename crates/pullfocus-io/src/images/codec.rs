@@ -25,13 +25,13 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
         source.check_size(width.into(), height.into(), channels, u64::from(color.bytes_per_pixel()))?;
     // A tag that cannot be read turns nothing.
     let orientation = decoder.orientation().map_or(1, |orientation| orientation.to_exif());
-    if let Ok(Some(profile)) = decoder.icc_profile() {
-        if !is_srgb(&profile) {
-            tracing::warn!(
-                "{}: its colour profile is not applied; colours are read as sRGB",
-                source.path.display()
-            );
-        }
+    if let Ok(Some(profile)) = decoder.icc_profile()
+        && !is_srgb(&profile)
+    {
+        tracing::warn!(
+            "{}: its colour profile is not applied; colours are read as sRGB",
+            source.path.display()
+        );
     }
 
     let bytes = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
@@ -39,7 +39,7 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
     if bytes != size.area().saturating_mul(usize::from(color.bytes_per_pixel())) {
         return Err(source.damaged("its size contradicts itself"));
     }
-    let mut decoded = vec![0u8; bytes];
+    let mut decoded: Vec<u8> = source.zeros(size, bytes)?;
     decoder.read_image(&mut decoded).map_err(|error| failed(source, error))?;
     let data = match sample {
         1 => Data::U8(decoded),

@@ -190,6 +190,18 @@ impl Source<'_> {
         FileError::damaged(self.path, reason)
     }
 
+    /// Memory for decoded samples, or an error where there is not so much.
+    fn zeros<T: Clone + Default>(&self, size: Size, len: usize) -> FileResult<Vec<T>> {
+        let mut data = Vec::new();
+        data.try_reserve_exact(len).map_err(|_| pullfocus_core::Error::OutOfMemory {
+            what: "the decoded picture",
+            size,
+            bytes: (len as u64).saturating_mul(size_of::<T>() as u64),
+        })?;
+        data.resize(len, T::default());
+        Ok(data)
+    }
+
     /// Refuses a size that the limits forbid, or that a file of this length cannot hold, before any of it
     /// is allocated. `bytes` is what the decoded samples of one pixel take.
     fn check_size(&self, width: u64, height: u64, channels: u64, bytes: u64) -> FileResult<Size> {

@@ -70,7 +70,7 @@ pub(super) fn read(source: &Source<'_>, mut reader: impl Read) -> FileResult<Sam
     if held < needed {
         return Err(source.damaged(format!("its samples take {needed} bytes, but only {held} are there")));
     }
-    let mut data = vec![0f32; row_len * size.height];
+    let mut data: Vec<f32> = source.zeros(size, row_len * size.height)?;
     let mut bytes = vec![0u8; row_len * 4];
     for row in data.chunks_exact_mut(row_len).rev() {
         reader.read_exact(&mut bytes).map_err(|error| FileError::io(source.path, "read", error))?;

@@ -37,15 +37,6 @@ pub(super) enum Data {
 }
 
 impl Data {
-    pub fn len(&self) -> usize {
-        match self {
-            Self::U8(data) => data.len(),
-            Self::U16(data) => data.len(),
-            Self::U32(data) => data.len(),
-            Self::F32(data) => data.len(),
-        }
-    }
-
     fn stored(&self) -> Stored {
         match self {
             Self::U8(_) => Stored::Integer(8),

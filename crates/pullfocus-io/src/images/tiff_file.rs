@@ -6,7 +6,7 @@ use super::codec::one_line;
 use super::samples::{Alpha, Data, Samples};
 use crate::error::{FileError, FileResult};
 use std::io::{BufRead, ErrorKind, Seek};
-use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::decoder::{Decoder, DecodingResult, DecodingSampleType, Limits};
 use tiff::tags::{SampleFormat, Tag};
 use tiff::{ColorType, TiffError};
 
@@ -68,8 +68,26 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
         }
     }
 
-    let mut decoded = DecodingResult::U8(vec![]);
-    let layout = decoder.read_image_to_buffer(&mut decoded).map_err(failed)?;
+    let whole = || unsupported(format!("a TIFF of {bits}-bit whole numbers"));
+    let layout = decoder.image_buffer_layout().map_err(failed)?;
+    // The crate leaves samples out that are neither colour nor alpha.
+    let pixel = size.area().saturating_mul(usize::from(bits / 8));
+    let channels = layout.complete_len / pixel;
+    let needed = colors + usize::from(alpha != Alpha::None);
+    if channels < needed || channels * pixel != layout.complete_len {
+        return Err(unsupported("a TIFF whose samples lie in an unusual order".to_owned()));
+    }
+    let len = size.area() * channels;
+    let mut decoded = match layout.sample_type.ok_or_else(whole)? {
+        DecodingSampleType::U8 => DecodingResult::U8(source.zeros(size, len)?),
+        DecodingSampleType::U16 => DecodingResult::U16(source.zeros(size, len)?),
+        DecodingSampleType::U32 => DecodingResult::U32(source.zeros(size, len)?),
+        DecodingSampleType::F16 => DecodingResult::F16(source.zeros(size, len)?),
+        DecodingSampleType::F32 => DecodingResult::F32(source.zeros(size, len)?),
+        DecodingSampleType::F64 => DecodingResult::F64(source.zeros(size, len)?),
+        _ => return Err(whole()),
+    };
+    decoder.read_image_bytes(decoded.as_buffer(0).as_bytes_mut()).map_err(failed)?;
     let data = match decoded {
         DecodingResult::U8(data) => Data::U8(data),
         DecodingResult::U16(data) => Data::U16(data),
@@ -77,12 +95,8 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
         DecodingResult::F16(data) => Data::F32(data.into_iter().map(|value| value.to_f32()).collect()),
         DecodingResult::F32(data) => Data::F32(data),
         DecodingResult::F64(data) => Data::F32(data.into_iter().map(|value| value as f32).collect()),
-        _ => return Err(unsupported(format!("a TIFF of {bits}-bit whole numbers"))),
+        _ => return Err(whole()),
     };
-    let channels = usize::from(samples);
-    if data.len() != size.area().saturating_mul(channels) {
-        return Err(unsupported("a TIFF whose samples lie in an unusual order".to_owned()));
-    }
     Ok(Samples { size, channels, planar: layout.planes > 1, grey, alpha, data, orientation })
 }
 
