@@ -43,7 +43,7 @@ enum Field {
     FStop,
     FocusDistance,
     SensorWidth,
-    FieldOfView,
+    Fov,
     FarClip,
 }
 
@@ -56,12 +56,12 @@ const KNOWN: &[(&str, Field, f64)] = &[
     ("aperture", Field::FStop, 1.0),
     ("focus", Field::FocusDistance, 1.0),
     ("sensorOverallDimensions", Field::SensorWidth, 1.0),
-    ("fieldOfViewHorizontal", Field::FieldOfView, 1.0),
+    ("fieldOfViewHorizontal", Field::Fov, 1.0),
     // V-Ray: film back and focal length in mm, field of view in degrees, clips in units of the scene.
     ("cameraFocalLength", Field::FocalLength, 1.0),
     ("cameraFNumber", Field::FStop, 1.0),
     ("cameraAperture", Field::SensorWidth, 1.0),
-    ("cameraFov", Field::FieldOfView, 1.0),
+    ("cameraFov", Field::Fov, 1.0),
     ("cameraFarClip", Field::FarClip, 1.0),
     // Arnold and Gaffer: mm.
     ("CameraFocalLength", Field::FocalLength, 1.0),
@@ -72,10 +72,10 @@ const KNOWN: &[(&str, Field, f64)] = &[
     ("unreal/camera/FinalImage/fstop", Field::FStop, 1.0),
     ("unreal/camera/FinalImage/focalDistance", Field::FocusDistance, 0.01),
     ("unreal/camera/FinalImage/sensorWidth", Field::SensorWidth, 1.0),
-    ("unreal/camera/FinalImage/fov", Field::FieldOfView, 1.0),
+    ("unreal/camera/FinalImage/fov", Field::Fov, 1.0),
     // Redshift: degrees. Its aperture comes in inches or as a factor, depending on the host.
     ("rs/camera/FStop", Field::FStop, 1.0),
-    ("rs/camera/fov", Field::FieldOfView, 1.0),
+    ("rs/camera/fov", Field::Fov, 1.0),
     ("rs/camera/farPlane", Field::FarClip, 1.0),
 ];
 
@@ -106,7 +106,7 @@ impl FoundCamera {
                 Some("fstop") => (Field::FStop, 1.0),
                 Some("focalDistance") => (Field::FocusDistance, 0.01),
                 Some("sensorWidth") => (Field::SensorWidth, 1.0),
-                Some("fov") => (Field::FieldOfView, 1.0),
+                Some("fov") => (Field::Fov, 1.0),
                 _ => continue,
             };
             if let Some(value) = number(attribute) {
@@ -129,7 +129,7 @@ impl FoundCamera {
             Field::FStop => (&mut self.f_stop, value.is_finite()),
             Field::FocusDistance => (&mut self.focus_distance_m, true),
             Field::SensorWidth => (&mut self.sensor_width_mm, value.is_finite()),
-            Field::FieldOfView => (&mut self.fov_x_degrees, value < 180.0),
+            Field::Fov => (&mut self.fov_x_degrees, value < 180.0),
             Field::FarClip => (&mut self.far_clip, value.is_finite()),
         };
         if slot.is_none() && fits && value > 0.0 {

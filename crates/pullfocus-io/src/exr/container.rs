@@ -230,6 +230,10 @@ impl Container {
         for (header, attributes) in meta.headers.into_iter().zip(parts_attributes) {
             check_header(&header)
                 .map_err(|reason| damaged(format!("the header cannot be used ({reason})")))?;
+            let stated = attributes.iter().find(|a| a.name == "chunkCount" && a.kind == "int");
+            if stated.is_some_and(|a| a.bytes != (header.chunk_count as u32).to_le_bytes()) {
+                return Err(damaged("the number of blocks does not fit the data window".to_owned()));
+            }
             total = total.saturating_add(header.chunk_count as u64);
             parts.push(Part { attributes, header, chunks: Vec::new(), offsets: Vec::new() });
         }

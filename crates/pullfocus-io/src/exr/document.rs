@@ -133,6 +133,11 @@ impl Document {
             self.check_channel(channel)?;
         }
 
+        // Blocks that are missing are noticed before memory is taken for the planes.
+        let ids = chosen.colors.iter().chain(&chosen.alpha).map(|&id| &self.catalogue.channels[id]);
+        let parts: Vec<usize> = ids.chain(coc).chain(depth).map(|channel| channel.part).collect();
+        self.container.extents(|part, _| parts.contains(&part))?;
+
         let count = chosen.colors.len()
             + usize::from(chosen.alpha.is_some())
             + usize::from(coc.is_some())
@@ -298,21 +303,21 @@ impl Document {
             what,
             available,
         };
-        if let Some(view) = &selection.view {
-            if !catalogue.views.contains(view) {
-                let available = match catalogue.views.len() {
-                    0 => "one view without a name; leave the view out".to_owned(),
-                    _ => listed(catalogue.views.iter().cloned()),
-                };
-                return Err(missing(format!("view '{view}'"), available));
-            }
+        if let Some(view) = &selection.view
+            && !catalogue.views.contains(view)
+        {
+            let available = match catalogue.views.len() {
+                0 => "one view without a name; leave the view out".to_owned(),
+                _ => listed(catalogue.views.iter().cloned()),
+            };
+            return Err(missing(format!("view '{view}'"), available));
         }
-        if let Some(part) = &selection.part {
-            if !(0..self.container.parts.len()).any(|index| catalogue.is_part(index, part)) {
-                let names = catalogue.part_names.iter().enumerate();
-                let names = names.map(|(i, name)| name.clone().unwrap_or_else(|| i.to_string()));
-                return Err(missing(format!("part '{part}'"), listed(names)));
-            }
+        if let Some(part) = &selection.part
+            && !(0..self.container.parts.len()).any(|index| catalogue.is_part(index, part))
+        {
+            let names = catalogue.part_names.iter().enumerate();
+            let names = names.map(|(i, name)| name.clone().unwrap_or_else(|| i.to_string()));
+            return Err(missing(format!("part '{part}'"), listed(names)));
         }
         let in_part =
             |layer: &Layer| selection.part.as_ref().is_none_or(|part| catalogue.is_part(layer.part, part));

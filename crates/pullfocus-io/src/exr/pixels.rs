@@ -128,7 +128,10 @@ pub(crate) fn read_planes(container: &Container, targets: &mut [Target], cancel:
         let blocks = batch
             .par_iter()
             .zip(compressed)
-            .map(|(&extent, bytes)| decode(container, extent, bytes))
+            .map(|(&extent, bytes)| {
+                cancel.check()?;
+                decode(container, extent, bytes)
+            })
             .collect::<FileResult<Vec<Block>>>()?;
         cancel.check()?;
         targets.par_iter_mut().for_each(|target| {
