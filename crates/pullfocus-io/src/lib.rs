@@ -3,6 +3,18 @@
 //! [`Document`] is an OpenEXR file: [`Document::select`] takes the colour, depth and camera out of it that one
 //! render needs, [`Document::write_to`] puts blurred planes back and leaves everything else as it was.
 //! Limits ([`Limits`]) are checked before memory is taken for anything whose size a file states.
+//!
+//! ```no_run
+//! use pullfocus_io::{Document, Limits, Selection};
+//!
+//! let document = Document::open("frame.1001.exr", &Limits::default())?;
+//! let mut selected = document.select(&Selection::default())?;
+//! for plane in selected.picture.planes_mut() {
+//!     // Blur it.
+//! }
+//! document.write("blurred.1001.exr", &selected.channels, &selected.picture)?;
+//! # Ok::<(), pullfocus_io::FileError>(())
+//! ```
 
 pub mod align;
 pub mod error;

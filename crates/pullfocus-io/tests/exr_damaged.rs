@@ -107,7 +107,7 @@ fn flipped_bits_and_overwritten_numbers_do_no_harm() {
                 // Half of the damage goes into the header.
                 let range = if round % 2 == 0 { bytes.len().min(700) } else { bytes.len() };
                 let at = random(&mut state) % (range - 4);
-                if random(&mut state) % 2 == 0 {
+                if random(&mut state) & 1 == 0 {
                     bytes[at] ^= 1 << (random(&mut state) % 8);
                 } else {
                     let value = extremes[random(&mut state) % extremes.len()];

@@ -325,3 +325,21 @@ fn a_plain_file_holds_what_it_was_given() {
         assert!(write_exr(Cursor::new(Vec::new()), &frame, &planes, &[]).is_err());
     }
 }
+
+/// Files written by the OpenEXR project's own library, beside what it decodes them to.
+#[test]
+fn lossy_files_decode_as_the_reference_library_decodes_them() {
+    let pairs: [(&str, &[u8], &[u8]); 4] = [
+        ("DWAA", include_bytes!("data/dwaa.exr"), include_bytes!("data/dwaa-expected.exr")),
+        ("DWAB", include_bytes!("data/dwab-tiles.exr"), include_bytes!("data/dwab-tiles-expected.exr")),
+        ("B44A", include_bytes!("data/b44a.exr"), include_bytes!("data/b44a-expected.exr")),
+        ("PXR24", include_bytes!("data/pxr24.exr"), include_bytes!("data/pxr24-expected.exr")),
+    ];
+    for (name, lossy, expected) in pairs {
+        let (lossy, expected) = (document(lossy), document(expected));
+        assert_eq!((lossy.contents().parts[0].compression, lossy.contents().parts[0].lossy), (name, true));
+        let (a, b) = (select(&lossy, &[]), select(&expected, &[]));
+        assert_eq!(a.picture, b.picture, "{name}");
+        assert_eq!(a.depth, b.depth, "{name}");
+    }
+}

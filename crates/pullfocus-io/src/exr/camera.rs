@@ -5,6 +5,7 @@
 //! metres: it becomes a note.
 
 use crate::exr::container::{Part, RawAttribute, latin1};
+use pullfocus_core::depth::NOTHING_FROM;
 use serde::Serialize;
 
 /// A number, and the attribute that it was found in.
@@ -130,7 +131,8 @@ impl FoundCamera {
             Field::FocusDistance => (&mut self.focus_distance_m, true),
             Field::SensorWidth => (&mut self.sensor_width_mm, value.is_finite()),
             Field::Fov => (&mut self.fov_x_degrees, value < 180.0),
-            Field::FarClip => (&mut self.far_clip, value.is_finite()),
+            // V-Ray writes 1e30 for none.
+            Field::FarClip => (&mut self.far_clip, value < f64::from(NOTHING_FROM)),
         };
         if slot.is_none() && fits && value > 0.0 {
             *slot = Some(Found { value, attribute: name.to_owned() });

@@ -35,9 +35,11 @@ pub fn uint(name: &str, pixels: usize, seed: usize) -> Channel {
 }
 
 pub fn part(size: (usize, usize), at: (i32, i32), encoding: Encoding, channels: Vec<Channel>) -> Part {
-    let mut attributes = LayerAttributes::default();
-    attributes.layer_position = Vec2(at.0, at.1);
-    attributes.comments = Some("kept".into());
+    let mut attributes = LayerAttributes {
+        layer_position: Vec2(at.0, at.1),
+        comments: Some("kept".into()),
+        ..LayerAttributes::default()
+    };
     attributes.other.insert("studio/shot".into(), AttributeValue::Text("s010".into()));
     attributes.other.insert("weights".into(), AttributeValue::FloatVec3((1.0, 2.0, -3.0)));
     attributes.other.insert(
