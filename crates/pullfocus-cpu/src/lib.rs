@@ -10,6 +10,7 @@ mod layers;
 mod pipeline;
 mod pool;
 mod rows;
+mod wide;
 mod work;
 
 pub use pipeline::Renderer;

@@ -1,5 +1,6 @@
 //! Loops over the rows of planes on the caller's threads, with cancellation between bands of rows.
 
+use crate::wide;
 use pullfocus_core::{Cancel, Plane, Result};
 use rayon::prelude::*;
 
@@ -14,11 +15,26 @@ pub fn for_each_row(plane: &mut Plane, cancel: &Cancel, f: impl Fn(usize, &mut [
     }
     plane.data_mut().par_chunks_mut(width * BAND).enumerate().try_for_each(|(band, rows)| {
         cancel.check()?;
-        for (i, row) in rows.chunks_mut(width).enumerate() {
-            f(band * BAND + i, row);
-        }
+        wide::run(Band { first: band * BAND, rows, width, f: &f });
         Ok(())
     })
+}
+
+/// Some rows of a plane and what is done with them.
+struct Band<'a, F> {
+    first: usize,
+    rows: &'a mut [f32],
+    width: usize,
+    f: &'a F,
+}
+
+impl<F: Fn(usize, &mut [f32])> wide::Work for Band<'_, F> {
+    #[inline(always)]
+    fn run(self) {
+        for (i, row) in self.rows.chunks_mut(self.width).enumerate() {
+            (self.f)(self.first + i, row);
+        }
+    }
 }
 
 /// Folds every row with `f` and joins the results in the order of the rows, so that the outcome does not

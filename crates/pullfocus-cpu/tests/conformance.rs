@@ -6,8 +6,7 @@ use pullfocus_cpu::diffusion::{Conductivity, DiffusionBuffers, Medium, diffuse};
 use pullfocus_testkit::conformance;
 
 /// The diffusion with its buffers, kept from call to call.
-fn diffuser()
--> impl FnMut(&mut [Plane], conformance::Medium<'_>, &Diffusion, &Cancel) -> Result<()> + Send {
+fn diffuser() -> impl FnMut(&mut [Plane], conformance::Medium<'_>, &Diffusion, &Cancel) -> Result<()> + Send {
     let mut buffers = DiffusionBuffers::new();
     move |planes: &mut [Plane], medium: conformance::Medium<'_>, settings: &Diffusion, cancel: &Cancel| {
         let mut planes: Vec<&mut Plane> = planes.iter_mut().collect();
@@ -21,8 +20,7 @@ fn diffuser()
 }
 
 /// The whole pipeline with its buffers.
-fn renderer()
--> impl FnMut(&mut Scene, Option<&Camera>, &Settings, &Cancel) -> Result<Report> + Send {
+fn renderer() -> impl FnMut(&mut Scene, Option<&Camera>, &Settings, &Cancel) -> Result<Report> + Send {
     let mut renderer = Renderer::new();
     move |scene: &mut Scene, camera: Option<&Camera>, settings: &Settings, cancel: &Cancel| {
         renderer.render(scene, camera, settings, cancel)

@@ -10,6 +10,7 @@
 //! Coarse scales are computed on coarse grids, so the cost is little more than the finest grid's.
 
 use crate::rows::{for_each_row, rows_of};
+use crate::wide;
 use crate::work::Work;
 use pullfocus_core::split::unit;
 use pullfocus_core::{Cancel, Plane, Result, Size};
@@ -94,6 +95,28 @@ pub fn fill(work: &mut Work<'_>, size: Size, sources: &impl Sources) -> Result<V
     Ok(coarser.map(|(planes, _)| planes).unwrap_or_default())
 }
 
+/// One row of cells of the finest grid, as sums.
+struct CellRow<'a, 'b, S> {
+    sources: &'a S,
+    first: usize,
+    last: usize,
+    step: usize,
+    rows: &'a mut [Vec<f32>],
+    cells: &'a mut [&'b mut [f32]],
+}
+
+impl<S: Sources> wide::Work for CellRow<'_, '_, S> {
+    #[inline(always)]
+    fn run(self) {
+        for dy in 0..self.step {
+            self.sources.weighted_rows((self.first + dy).min(self.last), self.rows);
+            for (cells, row) in self.cells.iter_mut().zip(self.rows.iter()) {
+                add_cells(cells, row, self.step);
+            }
+        }
+    }
+}
+
 /// Means of what the sources give over the cells of the finest grid.
 fn gather(
     cancel: &Cancel,
@@ -110,12 +133,7 @@ fn gather(
             for cells in cells.iter_mut() {
                 cells.fill(0.0);
             }
-            for dy in 0..step {
-                sources.weighted_rows((j * step + dy).min(size.height - 1), rows);
-                for (cells, row) in cells.iter_mut().zip(rows.iter()) {
-                    add_cells(cells, row, step);
-                }
-            }
+            wide::run(CellRow { sources, first: j * step, last: size.height - 1, step, rows, cells });
             let share = 1.0 / (step * step) as f32;
             for value in cells.iter_mut().flat_map(|cells| cells.iter_mut()) {
                 *value *= share;
@@ -126,10 +144,20 @@ fn gather(
 }
 
 /// Adds each `step` values of a row to its cell; the last value stands in for those beyond the border.
+#[inline(always)]
 fn add_cells(cells: &mut [f32], values: &[f32], step: usize) {
     if step == 1 {
         for (cell, value) in cells.iter_mut().zip(values) {
             *cell += value;
+        }
+        return;
+    }
+    if step == 2 {
+        for (cell, pair) in cells.iter_mut().zip(values.chunks_exact(2)) {
+            *cell += pair[0] + pair[1];
+        }
+        if let (Some(cell), [last]) = (cells.last_mut(), values.chunks_exact(2).remainder()) {
+            *cell += 2.0 * last;
         }
         return;
     }
@@ -184,6 +212,7 @@ fn divide(
 
 /// Row `y` of `plane` enlarged `ratio` times (1 or an even number), bilinearly, from column `x0` on; `x0` is
 /// a multiple of the ratio.
+#[inline(always)]
 pub fn enlarge_row(plane: &Plane, ratio: usize, y: usize, x0: usize, out: &mut [f32]) {
     if ratio == 1 {
         out.copy_from_slice(&plane.row(y)[x0..][..out.len()]);

@@ -62,6 +62,7 @@ impl Sources for Believed<'_> {
         &[1]
     }
 
+    #[inline(always)]
     fn weighted_rows(&self, y: usize, rows: &mut [Vec<f32>]) {
         let [circles, weights] = rows else { return };
         for (x, (circle, weight)) in circles.iter_mut().zip(weights).enumerate() {

@@ -21,6 +21,7 @@ use super::edges::{self, Edges};
 use super::fill::{Sources, enlarge_row, fill, finest_step};
 use super::{census, over};
 use crate::rows::rows_of;
+use crate::wide;
 use crate::work::Work;
 use pullfocus_core::split::{Split, smoothstep};
 use pullfocus_core::{Picture, Plane, Result};
@@ -149,6 +150,7 @@ impl Sources for Seen<'_> {
         &self.groups
     }
 
+    #[inline(always)]
     fn weighted_rows(&self, y: usize, rows: &mut [Vec<f32>]) {
         let (values, coverage) = rows.split_at_mut(self.groups[0] + 1);
         let ([values @ .., weight], [seen, behind]) = (values, coverage) else { return };
@@ -234,6 +236,24 @@ impl LayerRows {
     }
 }
 
+/// One row of the joint pass.
+struct JointRow<'a, 'b> {
+    joint: &'a Joint<'a>,
+    y: usize,
+    width: usize,
+    layers: &'a mut [LayerRows],
+    out: &'a mut [&'b mut [f32]],
+}
+
+impl wide::Work for JointRow<'_, '_> {
+    #[inline(always)]
+    fn run(self) {
+        for x in (0..self.width).step_by(BLOCK) {
+            self.joint.block(self.y, x, BLOCK.min(self.width - x), self.layers, self.out);
+        }
+    }
+}
+
 impl Joint<'_> {
     /// Fills `out`: for each layer, far to near, its planes, coverage and diameter.
     fn run(&self, work: &Work<'_>, out: &mut [Plane]) -> Result<()> {
@@ -242,14 +262,13 @@ impl Joint<'_> {
             || self.filled.iter().map(|_| LayerRows::new(self.inputs.len())).collect::<Vec<_>>(),
             |layers, (y, rows)| {
                 work.cancel.check()?;
-                for x in (0..width).step_by(BLOCK) {
-                    self.block(y, x, BLOCK.min(width - x), layers, rows);
-                }
+                wide::run(JointRow { joint: self, y, width, layers, out: rows });
                 Ok(())
             },
         )
     }
 
+    #[inline(always)]
     fn block(&self, y: usize, x: usize, n: usize, layers: &mut [LayerRows], out: &mut [&mut [f32]]) {
         let count = self.inputs.len();
         let part = |plane: &'_ Plane| -> Row {
@@ -321,6 +340,7 @@ impl Joint<'_> {
     }
 
     /// Brings the fills of a block to the picture's own grid, and finds memberships.
+    #[inline(always)]
     fn load(
         &self,
         y: usize,
@@ -374,6 +394,7 @@ impl Joint<'_> {
     }
 
     /// How much of each pixel the near side of its edge covers.
+    #[inline(always)]
     fn share(&self, layers: &[LayerRows], inputs: &[Row], [c, near, far]: [&Row; 3]) -> Row {
         let mut noise = ZERO;
         for layer in layers {
