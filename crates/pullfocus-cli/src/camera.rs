@@ -54,7 +54,8 @@ pub struct Resolved {
     pub values: Vec<CameraValue>,
 }
 
-fn value(name: &'static str, value: f64, unit: &'static str, from: impl Into<String>) -> CameraValue {
+/// A value with its text.
+pub fn value(name: &'static str, value: f64, unit: &'static str, from: impl Into<String>) -> CameraValue {
     let digits = if value.is_infinite() {
         "infinity".to_owned()
     } else {

@@ -50,6 +50,11 @@ impl Console {
         self.bar = Some(bar);
     }
 
+    /// Whether a progress bar is shown.
+    pub fn has_bar(&self) -> bool {
+        self.bar.is_some()
+    }
+
     /// One frame of the sequence is done.
     pub fn step(&self) {
         if let Some(bar) = &self.bar {

@@ -46,6 +46,11 @@ impl Canvas {
         })
     }
 
+    /// Planes that are sRGB already, 0 to 1.
+    pub fn from_srgb(planes: &[Plane; 3]) -> Self {
+        Self::from_fn(planes[0].size(), |i| planes.each_ref().map(|plane| byte(plane.data()[i].clamp(0.0, 1.0))))
+    }
+
     /// The view of a signed circle of confusion: front red, in focus green, behind blue, full at `range` pixels.
     pub fn from_coc(coc: &Plane, range: f32) -> Self {
         Self::from_fn(coc.size(), |i| coc_color(coc.data()[i], range))

@@ -70,3 +70,15 @@ impl From<std::io::Error> for Failure {
         Self::Failed(error.into())
     }
 }
+
+impl From<pullfocus_io::FileError> for Failure {
+    fn from(error: pullfocus_io::FileError) -> Self {
+        match error {
+            pullfocus_io::FileError::Argument { .. } => Self::Usage(error.to_string()),
+            pullfocus_io::FileError::Exists { .. } => Self::failed(format!(
+                "{error}; --overwrite replaces it, --resume keeps it and does what is missing"
+            )),
+            error => Self::Failed(error.into()),
+        }
+    }
+}

@@ -4,6 +4,7 @@ use crate::values::{Label, Largest, Names, Number, Range, Unit};
 use clap::ValueEnum;
 use serde::Deserialize;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Declares a group of options that may each be missing, for clap and for TOML, and how one group lies over
 /// another.
@@ -61,6 +62,9 @@ options! {
         /// channels are carried over.
         #[arg(long, value_name = "FILE", help_heading = "Files")]
         behind: PathBuf,
+        /// Bits of a PNG, TIFF, ...: 8, 16 or float; the most that the format usually has if not given.
+        #[arg(long, value_name = "BITS", help_heading = "Files")]
+        bits: BitsName,
         /// Which frames of a sequence: 1001-1100, 1001-1100x2, 1,5,9.
         #[arg(long, value_name = "RANGE", help_heading = "Files")]
         frames: Label,
@@ -185,7 +189,7 @@ options! {
 pub enum PresetName {
     /// Two layers and one plain step: quick, for choosing focus and f-stop
     Preview,
-    /// General layers and the rational integrator: the picture to keep
+    /// General layers and the best integrator: the picture to keep
     Final,
 }
 
@@ -217,6 +221,8 @@ pub enum IntegratorName {
     BackwardEuler,
     /// One complex solve, as close to a Gaussian as sixteen steps
     Rational,
+    /// Two complex solves, round and even as a lens's disc: the default
+    Disc,
 }
 
 /// Blur width for a circle of confusion.
@@ -230,6 +236,29 @@ pub enum CalibrationName {
     /// (d/2)^2: the letter of Beck 2012
     Beck,
 }
+
+/// How exactly pictures other than OpenEXR are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BitsName {
+    /// 8-bit whole numbers
+    #[value(name = "8")]
+    Eight,
+    /// 16-bit whole numbers
+    #[value(name = "16")]
+    Sixteen,
+    /// Floats, linear
+    Float,
+}
+
+impl FromStr for BitsName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        <Self as ValueEnum>::from_str(text, false).map_err(|_| format!("'{text}' is none of 8, 16, float"))
+    }
+}
+
+crate::values::from_text!(BitsName);
 
 /// Who solves the tridiagonal systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]

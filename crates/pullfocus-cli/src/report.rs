@@ -2,7 +2,7 @@
 
 use crate::camera::CameraValue;
 use crate::console::{milliseconds, print_line};
-use crate::failure::Result;
+use crate::failure::{Failure, Result};
 use pullfocus_core::Report;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -35,6 +35,31 @@ pub struct Document {
     pub error: Option<String>,
     /// Milliseconds for all of it.
     pub total_ms: f64,
+}
+
+impl Document {
+    /// Tells machines of a failure before the first frame, and hands it on.
+    ///
+    /// # Errors
+    /// Always `failure`.
+    pub fn refused<T>(command: &'static str, failure: Failure, json: bool) -> Result<T> {
+        if json {
+            print_failure(command, &failure)?;
+        }
+        Err(failure)
+    }
+}
+
+/// Tells machines of a failure where there is nothing else to tell.
+///
+/// # Errors
+/// None that a sentence could cause.
+pub fn print_failure(command: &'static str, failure: &Failure) -> Result<()> {
+    print(&serde_json::json!({
+        "pullfocus": env!("CARGO_PKG_VERSION"),
+        "command": command,
+        "error": failure.to_string(),
+    }))
 }
 
 /// What became of a frame.

@@ -5,8 +5,9 @@ use crate::options::{
     Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, PresetName, SolverName,
 };
 use crate::values::{Largest, Number};
-use pullfocus_core::diffusion::{Calibration, JacobiStop, Rational};
+use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
+use pullfocus_core::response::Rational;
 use pullfocus_core::{
     CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Preset, Settings, Solver,
 };
@@ -94,17 +95,16 @@ fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
     let base = match blur.integrator {
         None => preset.integrator,
         Some(IntegratorName::BackwardEuler) => Integrator::BackwardEuler { steps: 1 },
+        Some(IntegratorName::Disc) => Integrator::Disc,
         Some(IntegratorName::Rational) => Integrator::Rational(Rational::GAUSSIAN),
     };
     let integrator = match (base, blur.steps) {
         (_, Some(0)) => return usage("--steps is 0; it must be 1 or more"),
         (Integrator::BackwardEuler { steps }, n) => Integrator::BackwardEuler { steps: n.unwrap_or(steps) },
-        (Integrator::Rational(_), Some(_)) => {
-            return usage(
-                "--steps goes with --integrator backward-euler; the rational integrator needs one solve and has no steps",
-            );
+        (Integrator::Rational(_) | Integrator::Disc, Some(_)) => {
+            return usage("--steps goes with --integrator backward-euler; rational and disc are done in one and have no steps");
         }
-        (rational, None) => rational,
+        (one, None) => one,
     };
     let solver = match (blur.solver, blur.sweeps, blur.tolerance) {
         (Some(SolverName::Jacobi), Some(_), Some(_)) => {
@@ -218,6 +218,7 @@ mod tests {
     fn what_does_not_go_together_is_said() {
         refused("steps = 2", "--steps goes with");
         refused("integrator = 'rational'\nsteps = 1", "--steps goes with");
+        refused("integrator = 'disc'\nsteps = 2", "--steps goes with");
         refused("integrator = 'backward-euler'\nsteps = 0", "1 or more");
         refused("layering = 'single'\nlayers = 2", "single has one layer");
         refused("layers = 40", "between 1 and 16");

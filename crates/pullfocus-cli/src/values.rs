@@ -1,22 +1,24 @@
 //! Values that people write in more than one way, on the command line and in a settings file alike.
 
-use serde::de::{Deserialize, Deserializer, Error as _, SeqAccess, Visitor};
+use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use std::fmt;
 use std::str::FromStr;
 
 /// Lets a type with `FromStr` be written in TOML as text, as a number, as a boolean or as a list of these.
 macro_rules! from_text {
     ($($name:ty),*) => {$(
-        impl<'de> Deserialize<'de> for $name {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                let text = deserializer.deserialize_any(Text)?;
-                text.parse().map_err(D::Error::custom)
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let text = deserializer.deserialize_any($crate::values::Text)?;
+                text.parse().map_err(<D::Error as serde::de::Error>::custom)
             }
         }
     )*};
 }
 
-struct Text;
+pub(crate) use from_text;
+
+pub(crate) struct Text;
 
 impl<'de> Visitor<'de> for Text {
     type Value = String;

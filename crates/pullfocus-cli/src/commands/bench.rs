@@ -5,6 +5,7 @@ use crate::console::print_line;
 use crate::failure::{Failure, Result};
 use crate::run::in_pool;
 use pullfocus::Renderer;
+use pullfocus_core::response::Rational;
 use pullfocus_core::{
     Cancel, CocSettings, Diffusion, Distance, Element, Frame, Integrator, Layering, Picture, Plane, Preset,
     Scene, Settings, Size,
@@ -118,7 +119,7 @@ fn text(line: &Line) -> String {
 }
 
 /// The settings measured, by name; a single layer is timed for every size of circle, the others for one.
-fn cases() -> [(&'static str, Settings, &'static [f32]); 4] {
+fn cases() -> [(&'static str, Settings, &'static [f32]); 5] {
     let single = |integrator| Settings {
         layering: Layering::Single,
         diffusion: Diffusion { integrator, ..Diffusion::default() },
@@ -127,7 +128,8 @@ fn cases() -> [(&'static str, Settings, &'static [f32]); 4] {
     };
     [
         ("single, backward Euler", single(Integrator::BackwardEuler { steps: 1 }), &[5.0, 50.0, 500.0]),
-        ("single, rational", single(Integrator::default()), &[5.0, 50.0, 500.0]),
+        ("single, rational", single(Integrator::Rational(Rational::GAUSSIAN)), &[5.0, 50.0, 500.0]),
+        ("single, disc", single(Integrator::Disc), &[5.0, 50.0, 500.0]),
         ("preview (2 layers)", Settings::preset(Preset::Preview), &[5.0, 50.0, 500.0]),
         ("final", Settings::preset(Preset::Final), &[5.0, 50.0, 500.0]),
     ]

@@ -1,0 +1,8 @@
+//! The commands, one module each.
+
+pub mod bench;
+pub mod coc;
+pub mod compare;
+pub mod demo;
+pub mod inspect;
+pub mod render;

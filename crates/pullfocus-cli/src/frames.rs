@@ -1,0 +1,154 @@
+//! Which files make a frame.
+
+use crate::config::Options;
+use crate::failure::{Failure, Result};
+use crate::job::Purpose;
+use pullfocus_io::output::{Existing, Need, check_target};
+use pullfocus_io::sequence::{Frames, Pattern, Request, plan};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// The files of one frame.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FrameFiles {
+    /// Its number in the sequence.
+    pub number: Option<i64>,
+    /// The picture, or the file that the result goes into.
+    pub input: Option<PathBuf>,
+    /// Depth in its own file.
+    pub depth_file: Option<PathBuf>,
+    /// Near objects.
+    pub foreground: Option<PathBuf>,
+    /// What is behind them.
+    pub behind: Option<PathBuf>,
+    /// The result.
+    pub output: PathBuf,
+    /// The result as an 8-bit PNG.
+    pub preview_png: Option<PathBuf>,
+}
+
+impl FrameFiles {
+    fn roles(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
+        [
+            ("input", &self.input),
+            ("depth-file", &self.depth_file),
+            ("foreground", &self.foreground),
+            ("behind", &self.behind),
+        ]
+        .into_iter()
+        .filter_map(|(role, path)| Some((role, path.as_ref()?)))
+    }
+
+    /// Files read, by their role.
+    pub fn inputs(&self) -> BTreeMap<&'static str, String> {
+        self.roles().map(|(role, path)| (role, path.display().to_string())).collect()
+    }
+
+    /// Files written.
+    pub fn outputs(&self) -> Vec<String> {
+        std::iter::once(&self.output).chain(&self.preview_png).map(|path| path.display().to_string()).collect()
+    }
+
+    /// The file that the frame goes by in messages.
+    pub fn name(&self) -> String {
+        self.input.as_ref().or(self.behind.as_ref()).map_or_else(String::new, |path| path.display().to_string())
+    }
+
+    /// Whether anything is left to do for this frame.
+    ///
+    /// # Errors
+    /// Outputs that are there and may not be replaced, that are inputs, or whose folder is missing.
+    pub fn need(&self, existing: Existing) -> Result<Need> {
+        let mut need = Need::Finished;
+        for output in std::iter::once(&self.output).chain(&self.preview_png) {
+            if check_target(output, self.roles().map(|(_, path)| path), existing)? == Need::Make {
+                need = Need::Make;
+            }
+        }
+        Ok(need)
+    }
+}
+
+/// The files of every frame that the options name.
+///
+/// # Errors
+/// [`Failure::Usage`] for names that do not go together, [`Failure::Failed`] for files that are not there.
+pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
+    let files = &options.files;
+    let Some(output) = &files.output else {
+        return Err(Failure::usage("no output was named; add -o OUT (its ending says the format: .exr, .png, ...)"));
+    };
+    let inputs = files.input.clone().unwrap_or_default();
+    let layers = if purpose == Purpose::Render { (&files.foreground, &files.behind) } else { (&None, &None) };
+    let (main, has_input) = match (inputs.is_empty(), layers.1) {
+        (false, _) => (inputs, true),
+        (true, Some(behind)) => (vec![behind.clone()], false),
+        (true, None) => return Err(Failure::usage("no picture was named; give IN, the picture to blur")),
+    };
+    let mut companions = Vec::new();
+    let mut add = |what: &'static str, path: &Option<PathBuf>| {
+        path.as_ref().map(|path| {
+            companions.push((what, path.clone()));
+            companions.len() - 1
+        })
+    };
+    let depth_file = add("--depth-file", &files.depth_file);
+    let foreground = add("--foreground", layers.0);
+    let behind = if has_input { add("--behind", layers.1) } else { None };
+    let frames = match &files.frames {
+        Some(frames) => Some(frames.0.parse::<Frames>()?),
+        None => None,
+    };
+    let request = Request { inputs: main, companions, output: output.clone(), frames };
+    let planned = planned(&request)?;
+    let previews = match &options.blur.preview_png {
+        Some(preview) => Some(planned_previews(&request, preview)?),
+        None => None,
+    };
+    Ok(planned
+        .into_iter()
+        .enumerate()
+        .map(|(index, frame)| {
+            let companion = |at: Option<usize>| at.and_then(|at| frame.companions.get(at).cloned());
+            let own = Some(frame.input.clone());
+            FrameFiles {
+                number: frame.frame,
+                depth_file: companion(depth_file),
+                foreground: companion(foreground),
+                behind: if has_input { companion(behind) } else { own.clone() },
+                input: if has_input { own } else { None },
+                preview_png: previews.as_ref().and_then(|previews| previews.get(index).cloned()),
+                output: frame.output,
+            }
+        })
+        .collect())
+}
+
+fn planned_previews(request: &Request, preview: &Path) -> Result<Vec<PathBuf>> {
+    let request = Request { output: preview.to_owned(), ..request.clone() };
+    Ok(planned(&request)?.into_iter().map(|frame| frame.output).collect())
+}
+
+/// The plan; a file that is not there is a failure, names that cannot work are a mistake of usage.
+fn planned(request: &Request) -> Result<Vec<pullfocus_io::sequence::FrameFiles>> {
+    plan(request).map_err(|error| {
+        let companions = request.companions.iter().map(|(_, path)| path);
+        if request.inputs.iter().chain(companions).any(|path| is_missing(path, request.frames.as_ref())) {
+            Failure::failed(error.to_string())
+        } else {
+            error.into()
+        }
+    })
+}
+
+fn is_missing(path: &Path, frames: Option<&Frames>) -> bool {
+    if path.exists() {
+        return false;
+    }
+    match (Pattern::parse(path), frames) {
+        (Ok(Some(pattern)), Some(frames)) => frames.iter().any(|frame| !pattern.file(frame).is_file()),
+        (Ok(Some(pattern)), None) => pattern.discover().is_ok_and(|frames| frames.is_empty()),
+        (Ok(None), _) => true,
+        (Err(_), _) => false,
+    }
+}

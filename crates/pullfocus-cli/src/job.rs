@@ -1,0 +1,147 @@
+//! A job: options that were found to make sense together, before any picture is read.
+
+use crate::camera;
+use crate::config::Options;
+use crate::failure::{Failure, Result};
+use crate::frames::{self, FrameFiles};
+use crate::options::{BitsName, Lens};
+use crate::run::check_threads;
+use crate::settings;
+use crate::storage;
+use pullfocus_core::{DepthDecoding, Settings};
+use pullfocus_io::images::Bits;
+use pullfocus_io::output::Existing;
+use pullfocus_io::{Limits, Selection};
+
+/// What a job is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// `render`.
+    Render,
+    /// `coc`.
+    Coc,
+}
+
+/// A validated job.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// The frames, in order; at least one.
+    pub frames: Vec<FrameFiles>,
+    /// The lens as far as the user gave it.
+    pub lens: Lens,
+    /// How depth is read, as far as the user said.
+    pub decoding: DepthDecoding,
+    /// Whether the user gave the unit of depth.
+    pub unit_given: bool,
+    /// The library's settings.
+    pub settings: Settings,
+    /// What is taken out of the picture's file.
+    pub selection: Selection,
+    /// What is done about outputs that are there.
+    pub existing: Existing,
+    /// How exactly pictures other than OpenEXR are stored.
+    pub bits: Option<Bits>,
+    /// What files may ask for.
+    pub limits: Limits,
+    /// Number of threads; all processors if none.
+    pub threads: Option<u32>,
+    /// `coc`: diameter shown in full colour.
+    pub coc_range: Option<f32>,
+    /// What the user should know about the options.
+    pub warnings: Vec<String>,
+}
+
+impl Job {
+    /// Checks the options and finds the frames.
+    ///
+    /// # Errors
+    /// [`Failure::Usage`] for options that do not go together; [`Failure::Failed`] for frames that are not there.
+    pub fn new(options: &Options, purpose: Purpose) -> Result<Self> {
+        let Options { files, lens, depth, circle, blur, view, run } = options;
+        let mut warnings = Vec::new();
+        check_threads(run.threads)?;
+        camera::check(lens)?;
+        let settings = settings::settings(blur, circle, depth)?;
+        let decoding = settings::decoding(depth)?;
+        if files.overwrite == Some(true) && files.resume == Some(true) {
+            return Err(Failure::usage(
+                "--overwrite replaces files that are there and --resume keeps them; give one of them",
+            ));
+        }
+        if depth.coc_channel.is_some() {
+            if depth.depth_channel.is_some() || files.depth_file.is_some() {
+                return Err(Failure::usage(
+                    "--coc-channel takes the place of depth; leave --depth-channel and --depth-file out",
+                ));
+            }
+            if camera::any_given(lens) {
+                warnings.push("--coc-channel already holds what the lens does, so the lens options are not used".into());
+            }
+            if settings.coc.protect_m.is_some() {
+                warnings.push("--protect is in metres and means nothing beside --coc-channel, so it is not used".into());
+            }
+        }
+        match (purpose, &files.foreground, &files.behind) {
+            (Purpose::Render, Some(_), None) => {
+                return Err(Failure::usage(
+                    "--foreground needs --behind FILE, what is behind it; if IN shows only that, give it as --behind",
+                ));
+            }
+            (Purpose::Render, None, Some(_)) => {
+                return Err(Failure::usage("--behind needs --foreground FILE, the near objects that lie over it"));
+            }
+            (Purpose::Render, Some(_), Some(_)) if files.depth_file.is_some() => {
+                return Err(Failure::usage(
+                    "--depth-file is the depth of IN; --foreground and --behind bring their own in their files",
+                ));
+            }
+            _ => {}
+        }
+        let coc_range = match view.coc_range {
+            Some(range) if !(range.0.is_finite() && range.0 > 0.0) => {
+                return Err(Failure::usage(format!("--coc-range is {}; it must be a number of pixels above 0", range.0)));
+            }
+            range => range.map(|range| range.0 as f32),
+        };
+        let label = |label: &Option<crate::values::Label>| label.as_ref().map(|label| label.0.clone());
+        let selection = Selection {
+            view: label(&files.view),
+            part: label(&files.part),
+            layers: blur.channels.clone().map(|names| names.0).unwrap_or_default(),
+            depth_channel: label(&depth.depth_channel),
+            coc_channel: label(&depth.coc_channel),
+            cover_display: false,
+            without_depth: false,
+        };
+        let bits = files.bits.map(|bits| match bits {
+            BitsName::Eight => Bits::Eight,
+            BitsName::Sixteen => Bits::Sixteen,
+            BitsName::Float => Bits::Float,
+        });
+        let frames = frames::find(options, purpose)?;
+        for frame in &frames {
+            storage::check_output(&frame.output, bits)?;
+            if let Some(preview) = &frame.preview_png {
+                storage::check_preview(preview)?;
+            }
+        }
+        Ok(Self {
+            frames,
+            lens: lens.clone(),
+            decoding,
+            unit_given: depth.depth_unit.is_some(),
+            settings,
+            selection,
+            existing: match (files.overwrite, files.resume) {
+                (Some(true), _) => Existing::Replace,
+                (_, Some(true)) => Existing::Keep,
+                _ => Existing::Refuse,
+            },
+            limits: if files.allow_large_files == Some(true) { storage::NO_LIMITS } else { Limits::default() },
+            threads: run.threads,
+            coc_range,
+            bits,
+            warnings,
+        })
+    }
+}

@@ -1,0 +1,267 @@
+//! One frame from its files: colour, distance, camera.
+
+use crate::camera::{self, Attribute, CameraValue, FileCamera, Resolved};
+use crate::failure::{Failure, Result};
+use crate::frames::FrameFiles;
+use crate::job::Job;
+use crate::storage::{self, Loaded};
+use pullfocus_core::{Cancel, DepthDecoding, DepthKind, Distance, Element, Frame, Picture, Plane, Scene};
+use pullfocus_io::{Found, FoundCamera, NamedPlane, Selection, align_element};
+use std::path::Path;
+
+/// A frame ready for the renderer.
+#[derive(Debug)]
+pub struct LoadedFrame {
+    /// What the renderer takes.
+    pub scene: Scene,
+    /// The file whose channels the result replaces; its own picture has been moved into the scene, unless the
+    /// result comes from other files.
+    pub target: Loaded,
+    /// The camera; none where circles of confusion were given.
+    pub camera: Option<Resolved>,
+    /// What `distance` was read from, for people.
+    pub distance: String,
+    /// Names of the planes that are blurred.
+    pub channels: Vec<String>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+fn attribute(found: &Option<Found>) -> Option<Attribute> {
+    found.as_ref().map(|found| Attribute { value: found.value, name: found.attribute.clone() })
+}
+
+fn file_camera(found: &FoundCamera) -> FileCamera {
+    FileCamera {
+        focus_distance: attribute(&found.focus_distance_m),
+        f_stop: attribute(&found.f_stop),
+        focal_length: attribute(&found.focal_length_mm),
+        sensor_width: attribute(&found.sensor_width_mm),
+        fov_x: attribute(&found.fov_x_degrees),
+    }
+}
+
+/// Depth decoding as the user gave it, filled from the file.
+fn decoding(job: &Job, found: &FoundCamera, values: &mut Vec<CameraValue>) -> DepthDecoding {
+    let mut decoding = job.decoding;
+    if !matches!(decoding.kind, DepthKind::Planar | DepthKind::Ray | DepthKind::Inverse) {
+        return decoding;
+    }
+    if let (false, Some(unit)) = (job.unit_given, &found.depth_unit_m) {
+        decoding.unit_m = unit.value;
+        values.push(camera::value("depth unit", unit.value, "m", format!("attribute {}", unit.attribute)));
+    }
+    if let (None, Some(far)) = (decoding.far_clip_m, &found.far_clip) {
+        let metres = far.value * decoding.unit_m;
+        if metres.is_finite() && metres > 0.0 {
+            decoding.far_clip_m = Some(metres);
+            values.push(camera::value("depth far clip", metres, "m", format!("attribute {}", far.attribute)));
+        }
+    }
+    decoding
+}
+
+/// Reads one frame.
+///
+/// # Errors
+/// Files that cannot be read or do not fit together; [`Failure::Usage`] where the camera is incomplete.
+pub fn load(job: &Job, files: &FrameFiles, cancel: &Cancel) -> Result<LoadedFrame> {
+    let mut warnings = Vec::new();
+    match (&files.foreground, &files.behind) {
+        (Some(foreground), Some(behind)) => load_layers(job, files, (foreground, behind), &mut warnings, cancel),
+        _ => load_single(job, files, &mut warnings, cancel),
+    }
+    .map(|frame| LoadedFrame { warnings, ..frame })
+}
+
+fn load_single(
+    job: &Job,
+    files: &FrameFiles,
+    warnings: &mut Vec<String>,
+    cancel: &Cancel,
+) -> Result<LoadedFrame> {
+    let Some(input) = &files.input else { return Err(Failure::usage("give IN, the picture to blur")) };
+    let selection =
+        Selection { without_depth: files.depth_file.is_some() && job.selection.coc_channel.is_none(), ..job.selection.clone() };
+    let mut loaded = storage::load(input, &selection, &job.limits, cancel)?;
+    note_camera(&loaded, warnings);
+    let distance = match (loaded.coc.take(), &files.depth_file, loaded.depth.take()) {
+        (Some(coc), _, _) => (coc, input.as_path()),
+        (None, Some(file), _) => {
+            let depth = storage::load_depth(file, &job.selection, &loaded.frame, &job.limits, cancel)?;
+            note_bits(job, file, depth.bits, warnings);
+            (depth.named, file.as_path())
+        }
+        (None, None, Some(depth)) => (depth, input.as_path()),
+        (None, None, None) => return Err(no_depth(input)),
+    };
+    let (name, frame) = (input.display().to_string(), loaded.frame);
+    let channels = loaded.channel_names();
+    let picture = std::mem::take(&mut loaded.picture);
+    let (camera, decoding) = resolve(job, &loaded.camera, &name, &frame)?;
+    let text = format!("{} of {}", distance.0.name, distance.1.display());
+    let base = Element { picture, distance: to_distance(job, distance.0.plane, decoding) };
+    Ok(LoadedFrame {
+        scene: Scene::new(frame, base),
+        target: loaded,
+        camera,
+        distance: text,
+        channels,
+        warnings: Vec::new(),
+    })
+}
+
+fn load_layers(
+    job: &Job,
+    files: &FrameFiles,
+    (foreground, behind): (&Path, &Path),
+    warnings: &mut Vec<String>,
+    cancel: &Cancel,
+) -> Result<LoadedFrame> {
+    // A part belongs to one file; the other files have their own.
+    let others = match &files.input {
+        Some(_) => Selection { part: None, ..job.selection.clone() },
+        None => job.selection.clone(),
+    };
+    let near_selection = Selection { part: None, ..job.selection.clone() };
+    let mut far = storage::load(behind, &others, &job.limits, cancel)?;
+    let mut near = storage::load(foreground, &near_selection, &job.limits, cancel)?;
+    let target = match &files.input {
+        Some(input) => {
+            let selection = Selection { without_depth: true, coc_channel: None, ..job.selection.clone() };
+            Some(storage::load(input, &selection, &job.limits, cancel)?)
+        }
+        None => None,
+    };
+    let frame = target.as_ref().map_or(far.frame, |target| target.frame);
+    let main = files.input.as_deref().unwrap_or(behind);
+    note_camera(target.as_ref().unwrap_or(&far), warnings);
+    let mut found = target.as_ref().map_or_else(FoundCamera::default, |target| target.camera.clone());
+    for other in [&far.camera, &near.camera] {
+        fill(&mut found, other);
+    }
+    let (camera, decoding) = resolve(job, &found, &main.display().to_string(), &frame)?;
+
+    let channels = target.as_ref().unwrap_or(&far).channel_names();
+    let text = format!("{} of {}", far.distance_name(), behind.display());
+    let mut base = element(job, behind, &mut far, &frame, decoding)?;
+    let near_element = element(job, foreground, &mut near, &frame, decoding)?;
+    if near_element.picture.alpha.is_none() {
+        return Err(Failure::failed(format!(
+            "{}: the foreground has no alpha, which says where it covers what is behind; render it with one",
+            foreground.display()
+        )));
+    }
+    let mut target = target.unwrap_or(far);
+    let wanted = target.color_count();
+    for (path, count) in [(behind, base.picture.colors.len()), (foreground, near_element.picture.colors.len())] {
+        if count != wanted {
+            return Err(Failure::failed(format!(
+                "{}: {count} colour channels were taken from it but {wanted} from {}; choose the same layers with --channels",
+                path.display(),
+                main.display()
+            )));
+        }
+    }
+    // The target's own colour is replaced whole; its alpha only where the layers have one.
+    match (&base.picture.alpha, target.picture.alpha.take()) {
+        (None, Some(alpha)) if files.input.is_some() => {
+            if alpha.data().iter().any(|&value| value != 1.0) {
+                warnings.push(format!(
+                    "{} has alpha and {} has none: the alpha of {} is taken for both and blurred with them",
+                    main.display(),
+                    behind.display(),
+                    main.display()
+                ));
+            }
+            base.picture.alpha = Some(alpha);
+        }
+        _ => {}
+    }
+    target.picture = Picture::default();
+    Ok(LoadedFrame {
+        scene: Scene { frame, base, foreground: Some(near_element) },
+        target,
+        camera,
+        distance: text,
+        channels,
+        warnings: Vec::new(),
+    })
+}
+
+fn element(
+    job: &Job,
+    path: &Path,
+    loaded: &mut Loaded,
+    onto: &Frame,
+    decoding: DepthDecoding,
+) -> Result<Element> {
+    let NamedPlane { plane, .. } =
+        loaded.coc.take().or_else(|| loaded.depth.take()).ok_or_else(|| no_depth(path))?;
+    let nothing = if job.selection.coc_channel.is_some() { 0.0 } else { f32::INFINITY };
+    let picture = std::mem::take(&mut loaded.picture);
+    let (picture, plane) = align_element(path, (picture, Some(plane), &loaded.frame), onto, nothing)?;
+    let plane = plane.ok_or_else(|| no_depth(path))?;
+    Ok(Element { picture, distance: to_distance(job, plane, decoding) })
+}
+
+fn to_distance(job: &Job, plane: Plane, decoding: DepthDecoding) -> Distance {
+    if job.selection.coc_channel.is_some() { Distance::Coc(plane) } else { Distance::Depth { plane, decoding } }
+}
+
+fn no_depth(path: &Path) -> Failure {
+    Failure::failed(format!(
+        "{}: no depth channel was found; name it with --depth-channel, give a file with --depth-file, or circles of confusion with --coc-channel ('pullfocus inspect' lists the channels)",
+        path.display()
+    ))
+}
+
+/// Whole numbers hold no metres, and 8 bits of them make steps that can be seen.
+fn note_bits(job: &Job, path: &Path, bits: Option<u8>, warnings: &mut Vec<String>) {
+    let Some(bits) = bits else { return };
+    let metres = matches!(job.decoding.kind, DepthKind::Planar | DepthKind::Ray | DepthKind::Inverse);
+    if metres && !job.unit_given {
+        warnings.push(format!(
+            "{}: its whole numbers are read as 0 to 1 m; say what they mean with --depth normalized or disparity, or with --depth-unit (65.535 for 16-bit millimetres)",
+            path.display()
+        ));
+    }
+    if bits <= 8 {
+        warnings.push(format!("{}: depth of {bits} bits is coarse, so the blur may change in steps", path.display()));
+    }
+}
+
+fn note_camera(loaded: &Loaded, warnings: &mut Vec<String>) {
+    warnings.extend(loaded.camera.notes.iter().map(|note| format!("{}: {note}", loaded.path.display())));
+}
+
+/// The camera, and how depth is read; no camera where circles of confusion are given.
+fn resolve(job: &Job, found: &FoundCamera, name: &str, frame: &Frame) -> Result<(Option<Resolved>, DepthDecoding)> {
+    if job.selection.coc_channel.is_some() {
+        return Ok((None, job.decoding));
+    }
+    let mut found = found.clone();
+    // A screen window wider than its default 1 was set by a renderer: it is the field of view.
+    if found.fov_x_degrees.is_none() && frame.screen_window_width != 1.0 && frame.screen_window_width > 0.0 {
+        let degrees = 2.0 * f64::from(0.5 * frame.screen_window_width).atan().to_degrees();
+        found.fov_x_degrees = Some(Found { value: degrees, attribute: "screenWindowWidth".into() });
+    }
+    let mut resolved = camera::resolve(&job.lens, &file_camera(&found), name)?;
+    let decoding = decoding(job, &found, &mut resolved.values);
+    Ok((Some(resolved), decoding))
+}
+
+fn fill(found: &mut FoundCamera, other: &FoundCamera) {
+    let fill = |slot: &mut Option<Found>, from: &Option<Found>| {
+        if slot.is_none() {
+            slot.clone_from(from);
+        }
+    };
+    fill(&mut found.focal_length_mm, &other.focal_length_mm);
+    fill(&mut found.f_stop, &other.f_stop);
+    fill(&mut found.focus_distance_m, &other.focus_distance_m);
+    fill(&mut found.sensor_width_mm, &other.sensor_width_mm);
+    fill(&mut found.fov_x_degrees, &other.fov_x_degrees);
+    fill(&mut found.far_clip, &other.far_clip);
+    fill(&mut found.depth_unit_m, &other.depth_unit_m);
+}

@@ -1,0 +1,105 @@
+//! From the process's arguments to its exit code.
+
+use crate::args::{Cli, Command};
+use crate::commands;
+use crate::failure::{Failure, Result};
+use clap::{CommandFactory, Parser};
+use pullfocus_core::Cancel;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    start_log();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    let cancel = Cancel::new();
+    let flag = cancel.clone();
+    // Without a handler Ctrl-C still ends the program, only less tidily.
+    let _ = ctrlc::set_handler(move || {
+        if flag.is_cancelled() {
+            // Asked twice: at once.
+            std::process::exit(1);
+        }
+        flag.cancel();
+    });
+    match dispatch(cli.command, &cancel) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            complain(&failure.to_string());
+            ExitCode::from(&failure)
+        }
+    }
+}
+
+/// What the libraries log is shown where `PULLFOCUS_LOG` asks for it (`PULLFOCUS_LOG=debug`).
+fn start_log() {
+    if let Ok(filter) = tracing_subscriber::EnvFilter::try_from_env("PULLFOCUS_LOG") {
+        // A logger that is already there stays.
+        let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
+    }
+}
+
+fn complain(sentence: &str) {
+    let _ = writeln!(std::io::stderr(), "pullfocus: error: {sentence}");
+}
+
+/// Help and version go to standard output; mistakes to standard error, in this program's form.
+fn refuse(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    complain(text.strip_prefix("error: ").unwrap_or(&text).trim_end());
+    ExitCode::from(2)
+}
+
+fn dispatch(command: Command, cancel: &Cancel) -> Result<()> {
+    match command {
+        Command::Render(args) => commands::render::run(*args, cancel),
+        Command::Coc(args) => commands::coc::run(*args, cancel),
+        Command::Inspect(args) => commands::inspect::run(&args),
+        Command::Compare(args) => commands::compare::run(&args),
+        Command::Demo(args) => commands::demo::run(&args, cancel),
+        Command::Bench(args) => commands::bench::run(&args, cancel),
+        Command::Completions { shell } => {
+            // Into memory first: clap_complete panics where standard output is closed.
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "pullfocus", &mut script);
+            let _ = std::io::stdout().write_all(&script);
+            Ok(())
+        }
+    }
+}
+
+/// The most threads that can be asked for.
+const MOST_THREADS: u32 = 1024;
+
+/// Refuses a number of threads that no pool has.
+///
+/// # Errors
+/// [`Failure::Usage`].
+pub fn check_threads(threads: Option<u32>) -> Result<()> {
+    match threads {
+        Some(n) if !(1..=MOST_THREADS).contains(&n) => {
+            Err(Failure::usage(format!("--threads is {n}; it must lie between 1 and {MOST_THREADS}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Runs `work` on a pool of so many threads; as many as there are processors if nothing is said.
+///
+/// # Errors
+/// Those of `work`; a number of threads that cannot be had.
+pub fn in_pool<T: Send>(threads: Option<u32>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    check_threads(threads)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0) as usize)
+        .build()
+        .map_err(|error| Failure::failed(format!("the threads could not be started: {error}; try --threads 1")))?;
+    pool.install(work)
+}

@@ -1,0 +1,405 @@
+//! Reading and writing pictures of every kind, in the program's terms.
+
+use crate::draw::Canvas;
+use crate::failure::{Failure, Result};
+use pullfocus_core::{Cancel, Frame, Picture, Plane};
+use pullfocus_io::exr::Contents;
+use pullfocus_io::images::{self, Bits, Encoding, Format, Stored};
+use pullfocus_io::output::{Existing, PendingFile};
+use pullfocus_io::{
+    AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType, Selection, align_plane,
+    write_exr,
+};
+use serde::Serialize;
+use std::borrow::Cow;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// What files may ask for where the user trusts them.
+pub const NO_LIMITS: Limits = Limits {
+    max_pixels: u64::MAX,
+    max_plane_bytes: u64::MAX,
+    max_header_bytes: u64::MAX,
+    max_channels: usize::MAX,
+    max_parts: usize::MAX,
+    max_chunks: u64::MAX,
+    max_chunk_bytes: u64::MAX,
+};
+
+/// A file that was read.
+#[derive(Debug)]
+pub struct Loaded {
+    /// Its path.
+    pub path: PathBuf,
+    /// Where its pixels lie.
+    pub frame: Frame,
+    /// Its colour.
+    pub picture: Picture,
+    /// Its depth.
+    pub depth: Option<NamedPlane>,
+    /// Its circles of confusion, where they were asked for.
+    pub coc: Option<NamedPlane>,
+    /// What it says about its camera.
+    pub camera: FoundCamera,
+    origin: Origin,
+}
+
+#[derive(Debug)]
+enum Origin {
+    Exr { document: Box<Document>, channels: Channels },
+    Image { names: Vec<String> },
+}
+
+impl Loaded {
+    /// Names of the planes of its picture.
+    pub fn channel_names(&self) -> Vec<String> {
+        match &self.origin {
+            Origin::Exr { channels, .. } => channels.all().map(|source| source.name.clone()).collect(),
+            Origin::Image { names } => names.clone(),
+        }
+    }
+
+    /// How many colour planes its picture has, or had before they were moved into a scene.
+    pub fn color_count(&self) -> usize {
+        match &self.origin {
+            Origin::Exr { channels, .. } => channels.colors.len(),
+            Origin::Image { names } => names.iter().filter(|name| *name != "A").count(),
+        }
+    }
+
+    /// The name of its depth or circle-of-confusion channel.
+    pub fn distance_name(&self) -> String {
+        self.coc.as_ref().or(self.depth.as_ref()).map_or_else(|| "no depth".into(), |plane| plane.name.clone())
+    }
+}
+
+/// Whether the path's ending says OpenEXR.
+pub fn is_exr(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
+}
+
+/// Reads what one render needs.
+///
+/// # Errors
+/// Files that cannot be read, channels that are not there.
+pub fn load(path: &Path, selection: &Selection, limits: &Limits, cancel: &Cancel) -> Result<Loaded> {
+    if !is_exr_content(path)? {
+        return load_image(path, selection, limits);
+    }
+    let document = Document::open(path, limits)?.with_cancel(cancel.clone());
+    let selected = document.select(selection)?;
+    Ok(Loaded {
+        path: path.to_owned(),
+        frame: selected.frame,
+        picture: selected.picture,
+        depth: selected.depth,
+        coc: selected.coc,
+        camera: selected.camera,
+        origin: Origin::Exr { document: Box::new(document), channels: selected.channels },
+    })
+}
+
+/// Depth from a file of its own.
+#[derive(Debug)]
+pub struct Depth {
+    /// The channel.
+    pub named: NamedPlane,
+    /// Bits of the whole numbers that it was stored as, read as 0 to 1.
+    pub bits: Option<u8>,
+}
+
+/// Reads depth from a file of its own, laid onto the picture's frame.
+///
+/// # Errors
+/// Files that cannot be read, another size than the picture's.
+pub fn load_depth(
+    path: &Path,
+    selection: &Selection,
+    frame: &Frame,
+    limits: &Limits,
+    cancel: &Cancel,
+) -> Result<Depth> {
+    if !is_exr_content(path)? {
+        return load_image_depth(path, frame, limits);
+    }
+    // The picture's layers are not in this file.
+    let selection = Selection { layers: Vec::new(), part: None, coc_channel: None, ..selection.clone() };
+    let loaded = load(path, &selection, limits, cancel)?;
+    let depth = match loaded.depth {
+        Some(depth) => depth,
+        // A file that holds nothing but one grey channel is depth whatever its name.
+        None if loaded.picture.colors.len() == 1 => NamedPlane {
+            name: loaded.channel_names().concat(),
+            plane: loaded.picture.colors.into_iter().next().unwrap_or_default(),
+        },
+        None => {
+            return Err(Failure::failed(format!(
+                "{}: no depth channel was found; name it with --depth-channel ('pullfocus inspect' lists the channels)",
+                path.display()
+            )));
+        }
+    };
+    if loaded.frame.display.size != frame.display.size {
+        return Err(wrong_size(path, loaded.frame.display.size, frame.display.size));
+    }
+    let plane = align_plane(depth.plane, loaded.frame.data, frame.data, f32::INFINITY)?;
+    Ok(Depth { named: NamedPlane { plane, ..depth }, bits: None })
+}
+
+fn wrong_size(path: &Path, found: pullfocus_core::Size, expected: pullfocus_core::Size) -> Failure {
+    Failure::failed(format!(
+        "{}: depth is {found} but the picture is {expected}; bring both to one size first (depth without smoothing)",
+        path.display()
+    ))
+}
+
+/// Refuses an output whose ending names no format that is written.
+///
+/// # Errors
+/// [`Failure::Usage`].
+pub fn check_output(path: &Path, bits: Option<Bits>) -> Result<()> {
+    if is_exr(path) {
+        return match bits {
+            None => Ok(()),
+            Some(_) => Err(Failure::usage(format!(
+                "{}: --bits is for other pictures; an OpenEXR file keeps the input's own types",
+                path.display()
+            ))),
+        };
+    }
+    Encoding::for_name(path, bits)?;
+    Ok(())
+}
+
+/// Refuses a preview that would not be a PNG.
+///
+/// # Errors
+/// [`Failure::Usage`].
+pub fn check_preview(path: &Path) -> Result<()> {
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    Err(Failure::usage(format!("--preview-png {}: the name must end with .png", path.display())))
+}
+
+/// Writes the result: into the file that it came from, as it were, where both are OpenEXR; else as a picture.
+///
+/// # Errors
+/// What writing can run into; nothing has the output's name then that did not have it before.
+pub fn save(
+    target: &Loaded,
+    picture: &mut Picture,
+    output: &Path,
+    bits: Option<Bits>,
+    existing: Existing,
+) -> Result<()> {
+    if !is_exr(output) {
+        images::save(output, as_seen(picture)?.as_ref(), Encoding::for_name(output, bits)?, existing)?;
+        return Ok(());
+    }
+    let mut pending = PendingFile::create(output, existing)?;
+    match &target.origin {
+        Origin::Exr { document, channels } => {
+            if channels.alpha.is_none() {
+                picture.alpha = None;
+            }
+            document.write_to(&mut pending, channels, picture)?;
+        }
+        Origin::Image { names } => {
+            let planes: Vec<_> =
+                names.iter().zip(picture.planes()).map(|(name, plane)| (name.as_str(), plane, SampleType::Half)).collect();
+            write_exr(&mut pending, &target.frame, &planes, &[])?;
+        }
+    }
+    pending.commit()?;
+    Ok(())
+}
+
+/// Writes colour and the circle of confusion as the float channel `coc`: what `render --coc-channel coc` takes.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_with_coc(
+    target: &Loaded,
+    frame: &Frame,
+    picture: &Picture,
+    coc: &Plane,
+    output: &Path,
+    existing: Existing,
+) -> Result<()> {
+    let names = target.channel_names();
+    let kinds: Vec<SampleType> = match &target.origin {
+        Origin::Exr { channels, .. } => channels.all().map(|source| source.sample_type).collect(),
+        Origin::Image { .. } => vec![SampleType::Half; names.len()],
+    };
+    let mut planes: Vec<(&str, &Plane, SampleType)> = names
+        .iter()
+        .zip(picture.planes())
+        .zip(kinds)
+        .map(|((name, plane), kind)| (name.as_str(), plane, kind))
+        .filter(|(name, ..)| *name != "coc")
+        .collect();
+    planes.push(("coc", coc, SampleType::Float));
+    let note = "signed diameter of the circle of confusion in pixels, positive behind focus";
+    let mut pending = PendingFile::create(output, existing)?;
+    write_exr(&mut pending, frame, &planes, &[("pullfocus/coc", AttributeValue::Text(note.into()))])?;
+    pending.commit()?;
+    Ok(())
+}
+
+/// Writes an 8-bit sRGB PNG of the result.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_preview(picture: &Picture, output: &Path, existing: Existing) -> Result<()> {
+    images::write_png(output, as_seen(picture)?.as_ref(), Bits::Eight, existing)?;
+    Ok(())
+}
+
+/// Writes an 8-bit picture that is sRGB already.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_canvas(canvas: &Canvas, output: &Path, existing: Existing) -> Result<()> {
+    if is_exr(output) {
+        return Err(Failure::usage(format!("{}: this picture is for looking at; end the name with .png", output.display())));
+    }
+    let size = pullfocus_core::Size::new(canvas.width, canvas.height);
+    let plane = |c: usize| Plane::new(size, canvas.data.iter().skip(c).step_by(3).map(|&v| f32::from(v) / 255.0).collect());
+    let encoding = Encoding::for_name(output, Some(Bits::Eight)).or_else(|_| Encoding::for_name(output, None))?;
+    images::save_srgb(output, &[plane(0)?, plane(1)?, plane(2)?], encoding, existing)?;
+    Ok(())
+}
+
+/// The planes that a screen shows: three colours or one, and alpha.
+fn as_seen(picture: &Picture) -> Result<Cow<'_, Picture>> {
+    if matches!(picture.colors.len(), 1 | 3) {
+        return Ok(Cow::Borrowed(picture));
+    }
+    let mut seen = Picture { colors: picture.colors.iter().take(3).cloned().collect(), alpha: picture.alpha.clone() };
+    if seen.colors.len() == 2 {
+        // Two of three colours: the third is dark.
+        seen.colors.push(Plane::filled(seen.size(), 0.0)?);
+    }
+    Ok(Cow::Owned(seen))
+}
+
+/// Writes bytes as they are, over a file of this name.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut pending = PendingFile::create(path, Existing::Replace)?;
+    pending.write_all(bytes).map_err(|error| FileError::io(path, "write", error))?;
+    pending.commit()?;
+    Ok(())
+}
+
+/// Reads a picture's own colour, up to three planes, and its alpha.
+///
+/// # Errors
+/// Files that cannot be read.
+pub fn read_picture(path: &Path, limits: &Limits) -> Result<Picture> {
+    let selection = Selection { without_depth: true, ..Selection::default() };
+    let picture = load(path, &selection, limits, &Cancel::new())?.picture;
+    Ok(as_seen(&picture)?.into_owned())
+}
+
+/// What `inspect` found.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Inspected {
+    /// An OpenEXR file.
+    Exr(Box<Contents>),
+    /// Another picture.
+    Image {
+        /// PNG, JPEG, ...
+        format: String,
+        /// Pixels across.
+        width: usize,
+        /// Pixels down.
+        height: usize,
+        /// Whether it has alpha.
+        alpha: bool,
+        /// Whether its three colours are the same everywhere, as in a depth map.
+        grey: bool,
+        /// How its numbers are stored.
+        stored: String,
+        /// Smallest and largest number as `--depth-file` reads it: whole numbers as 0 to 1.
+        as_depth: Option<[f32; 2]>,
+    },
+}
+
+/// Looks into a file.
+///
+/// # Errors
+/// Files that cannot be read.
+pub fn inspect(path: &Path, limits: &Limits) -> Result<Inspected> {
+    if !is_exr_content(path)? {
+        return inspect_image(path, limits);
+    }
+    let document = Document::open(path, limits)?;
+    // A file whose pixels cannot be read (deep ones, damaged ones) still has a header to tell of.
+    let contents = document.inspect()?;
+    Ok(Inspected::Exr(Box::new(contents)))
+}
+
+/// Whether the file begins as OpenEXR does.
+fn is_exr_content(path: &Path) -> Result<bool> {
+    Ok(Format::detect(path)? == Format::OpenExr)
+}
+
+fn load_image(path: &Path, selection: &Selection, limits: &Limits) -> Result<Loaded> {
+    if let Some(channel) = selection.coc_channel.as_ref().or(selection.depth_channel.as_ref()) {
+        return Err(Failure::failed(format!(
+            "{}: a picture of this kind has no channel '{channel}'; give depth in a file of its own with --depth-file",
+            path.display()
+        )));
+    }
+    let picture = images::read_picture(path, limits)?;
+    let names = ["R", "G", "B"].into_iter().take(picture.colors.len()).chain(picture.alpha.as_ref().map(|_| "A"));
+    Ok(Loaded {
+        path: path.to_owned(),
+        frame: Frame::full(picture.size()),
+        depth: None,
+        coc: None,
+        camera: FoundCamera::default(),
+        origin: Origin::Image { names: names.map(str::to_owned).collect() },
+        picture,
+    })
+}
+
+fn load_image_depth(path: &Path, frame: &Frame, limits: &Limits) -> Result<Depth> {
+    let map = images::read_depth(path, limits)?;
+    let size = map.plane.size();
+    // A picture without windows is the data, or the whole display window.
+    let own = [frame.data, frame.display].into_iter().find(|window| window.size == size);
+    let Some(own) = own else { return Err(wrong_size(path, size, frame.data.size)) };
+    let plane = align_plane(map.plane, own, frame.data, f32::INFINITY)?;
+    let bits = match map.stored {
+        Stored::Integer(bits) => Some(bits),
+        Stored::Float => None,
+    };
+    Ok(Depth { named: NamedPlane { name: "the first channel".into(), plane }, bits })
+}
+
+fn inspect_image(path: &Path, limits: &Limits) -> Result<Inspected> {
+    let format = Format::detect(path)?;
+    let picture = images::read_picture(path, limits)?;
+    let depth = images::read_depth(path, limits)?;
+    let values = depth.plane.data().iter().copied().filter(|value| value.is_finite());
+    let [low, high] = values.fold([f32::INFINITY, f32::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    let size = picture.size();
+    Ok(Inspected::Image {
+        format: format!("{format:?}").to_uppercase(),
+        width: size.width,
+        height: size.height,
+        alpha: picture.alpha.is_some(),
+        grey: picture.colors.windows(2).all(|pair| pair[0] == pair[1]),
+        stored: match depth.stored {
+            Stored::Integer(bits) => format!("{bits}-bit whole numbers"),
+            Stored::Float => "floats".into(),
+        },
+        as_depth: (low <= high).then_some([low, high]),
+    })
+}
