@@ -83,12 +83,16 @@ impl DevScene {
         ensure!(size.width == file.width, "{name}: camera.json says {} pixels of width", file.width);
         let mut references = vec![];
         for setting in file.settings.iter().filter(|s| s.available) {
+            let path = folder.join(format!("{}.exr", setting.name));
+            if !path.is_file() {
+                eprintln!("{name} has no {}.exr; the others are taken", setting.name);
+                continue;
+            }
             let lens = Lens::Ideal {
                 fov_x_degrees: file.fov_x_deg,
                 aperture_diameter_m: setting.aperture_diameter_m,
             };
             let camera = Camera::new(lens, setting.focus_distance_m)?;
-            let path = folder.join(format!("{}.exr", setting.name));
             let (picture, _) = picture(&path, true)?;
             ensure!(picture.size() == size, "{} is not {size}", path.display());
             let circles = circles(&input, &camera)?;

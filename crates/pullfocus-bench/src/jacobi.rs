@@ -117,18 +117,8 @@ fn against_size(n: usize) -> Vec<Case> {
     vec![
         uniform(n, 1.0, noise(n), "beta = 1 everywhere, noise"),
         uniform(n, 25.0, noise(n), "beta = 25 everywhere (radius 5), noise"),
-        focused_in_the_middle(
-            n,
-            wide / 256.0,
-            edges(n),
-            "one picture sampled finer: circles up to width / 256",
-        ),
-        focused_in_the_middle(
-            n,
-            wide / 64.0,
-            edges(n),
-            "one picture sampled finer: circles up to width / 64",
-        ),
+        focused_in_the_middle(n, wide / 256.0, edges(n), "one picture, circles up to width / 256"),
+        focused_in_the_middle(n, wide / 64.0, edges(n), "one picture, circles up to width / 64"),
     ]
 }
 

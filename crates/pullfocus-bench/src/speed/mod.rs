@@ -104,12 +104,7 @@ fn papers(rounds: usize, quick: bool) -> Result<String> {
         let mut cases = [make(cases::preview())?, make(cases::last())?];
         let times = interleaved(&mut cases, rounds)?;
         let what = if layered { "three layers" } else { "two layers" };
-        table.row([
-            format!("{width} x {height}, {what}"),
-            theirs.to_owned(),
-            per_second(times[0]),
-            per_second(times[1]),
-        ]);
+        table.row([format!("{size}, {what}"), theirs.to_owned(), per_second(times[0]), per_second(times[1])]);
     }
     Ok(format!(
         "## Beside the first paper\n\nIts two layers (midground and background) and one backward-Euler step are `--preset preview`; three layers have\n\
@@ -132,7 +127,7 @@ fn sizes(rounds: usize, quick: bool) -> Result<String> {
         let times = interleaved(&mut cases, rounds.div_ceil(2))?;
         for ((name, _), time) in named.iter().zip(&times) {
             table.row([
-                format!("{width} x {height}"),
+                size.to_string(),
                 (*name).to_owned(),
                 format!("{:.1}", time * 1e3),
                 per_second(*time),
@@ -162,7 +157,7 @@ fn circles(rounds: usize, quick: bool) -> Result<String> {
         let cells = times.iter().map(|t| format!("{:.1}", t * 1e3));
         table.row([name.to_owned()].into_iter().chain(cells).chain([format!("{:.2}", high / low)]));
     }
-    Ok(format!("## Largest circles\n\n1920 x 1080, three colour planes.\n\n{}\n", table.to_markdown()))
+    Ok(format!("## Largest circles\n\n{size}, three colour planes.\n\n{}\n", table.to_markdown()))
 }
 
 /// Bytes that one axis of three planes must touch for each pixel: three read, three written, the circle read.
@@ -251,7 +246,7 @@ fn solvers(rounds: usize, quick: bool) -> Result<String> {
         table.row([name.clone(), format!("{:.1}", time * 1e3), format!("{unknown:.2}")]);
     }
     Ok(format!(
-        "## Solvers\n\n1920 x 1080, three planes, one backward-Euler step. Elimination and cyclic reduction are exact; how far sweeps are from\n\
+        "## Solvers\n\n{size}, three planes, one backward-Euler step. Elimination and cyclic reduction are exact; how far sweeps are from\n\
          the solution is in [jacobi.md](jacobi.md).\n\n{}\n",
         table.to_markdown()
     ))
