@@ -16,39 +16,50 @@ pub struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
-  pullfocus demo                                        blur a shipped frame and look at it
-  pullfocus inspect frame.exr                           what is in a file, and which command to use
-  pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8
-  pullfocus coc frame.exr -o coc.png --focus-distance 2.5 --f-stop 2.8
-  pullfocus compare out.exr reference.exr -o difference.png
+  Blur a shipped frame and look at it:
+    pullfocus demo
+  See what is in a file, and which command to go on with:
+    pullfocus inspect frame.exr
+  Blur it, and see where it is sharp:
+    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8
+    pullfocus coc frame.exr -o coc.png --focus-distance 2.5 --f-stop 2.8
+  See how far two pictures are apart:
+    pullfocus compare out.exr reference.exr -o difference.png
 
 Exit codes: 0 done, 1 failed, 2 asked for something that cannot be.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
-  One frame; focal length, sensor and whatever else is not given come from the file's camera attributes:
+  One frame; what is not given comes from the file's camera attributes:
     pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8
   A camera as photographers give it, and as renderers do:
-    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8 --focal-length 50 --sensor-width 36
-    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --fov-x 40 --aperture-diameter 0.018
+    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8 \\
+        --focal-length 50 --sensor-width 36
+    pullfocus render frame.exr -o out.exr --focus-distance 2.5 --fov-x 40 \\
+        --aperture-diameter 0.018
   A sequence, every second frame, that may be killed and continued:
-    pullfocus render 'in/frame.####.exr' -o 'out/frame.####.exr' --frames 1001-1100x2 --resume \\
-        --focus-distance 2.5 --f-stop 2.8
+    pullfocus render 'in/shot.####.exr' -o 'out/shot.####.exr' \\
+        --frames 1001-1100x2 --resume --focus-distance 2.5 --f-stop 2.8
   Near objects and what is behind them, as two renders:
-    pullfocus render frame.exr --foreground near.exr --behind far.exr -o out.exr --focus-distance 6 --f-stop 2
+    pullfocus render frame.exr --foreground near.exr --behind far.exr \\
+        -o out.exr --focus-distance 6 --f-stop 2
   A photograph with a learned disparity map:
-    pullfocus render photo.jpg --depth-file disparity.png --depth disparity --depth-scale 0.8 --depth-shift 0.1 \\
-        --focus-distance 1.2 --f-stop 1.8 --focal-length 26 --sensor-width 36 -o portrait.png
+    pullfocus render photo.jpg --depth-file map.png -o portrait.png \\
+        --depth disparity --depth-scale 0.8 --depth-shift 0.1 \\
+        --focus-distance 1.2 --f-stop 1.8 --focal-length 26 --sensor-width 36
   Quickly, to find the focus:
-    pullfocus render frame.exr -o try.png --preset preview --focus-distance 2.5 --f-stop 2.8
-  Everything from a file, with one thing changed:
+    pullfocus render frame.exr -o try.png --preset preview \\
+        --focus-distance 2.5 --f-stop 2.8
+  Everything from a settings file, with one thing changed:
     pullfocus render frame.exr -o out.exr --config shot.toml --f-stop 4
 
-A settings file has the long names as keys: focus-distance = 2.5, preset = \"preview\", resume = true.";
+A settings file has the long names as keys: focus-distance = 2.5,
+preset = \"preview\", protect = [2.3, 2.8], resume = true.";
 
 const COC_EXAMPLES: &str = "\
-Front is red, in focus green, behind blue; the colour is full where the diameter reaches --coc-range.
-An OpenEXR output holds the signed diameter in pixels as the channel 'coc' (positive behind focus).
+Front is red, in focus green, behind blue; the colour is full where the
+diameter reaches --coc-range. An OpenEXR output holds the signed diameter in
+pixels as the channel 'coc' (positive behind focus).
 
 Examples:
   pullfocus coc frame.exr -o coc.png --focus-distance 2.5 --f-stop 2.8
@@ -61,9 +72,10 @@ Examples:
   pullfocus inspect --json shot/*.exr";
 
 const COMPARE_EXAMPLES: &str = "\
-Linear files (OpenEXR, HDR, PFM) are shown as sRGB, clipped to 0..1, before they are compared.
-PSNR in dB and SSIM: more is more alike. FLIP: the difference that people see when they switch between
-the two, 0 to 1, less is more alike.
+Linear files (OpenEXR, HDR, PFM) are shown as sRGB, clipped to 0..1, before
+they are compared. PSNR in dB and SSIM: more is more alike. FLIP: the
+difference that people see when they switch between the two, 0 to 1: less is
+more alike.
 
 Examples:
   pullfocus compare out.exr reference.exr
@@ -101,7 +113,9 @@ pub enum Command {
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(BenchArgs),
     /// Write completions for a shell
-    #[command(after_help = "Example:\n  pullfocus completions bash > ~/.local/share/bash-completion/completions/pullfocus")]
+    #[command(
+        after_help = "Example:\n  pullfocus completions bash \\\n      > ~/.local/share/bash-completion/completions/pullfocus"
+    )]
     Completions {
         /// The shell
         shell: clap_complete::Shell,

@@ -93,7 +93,8 @@ impl Slot<'_> {
 /// # Errors
 /// [`Failure::Usage`]: both forms of a lens mixed, values that no lens has.
 pub fn check(options: &LensOptions) -> Result<()> {
-    let LensOptions { focus_distance, f_stop, focal_length, sensor_width, fov_x, aperture_diameter } = options;
+    let LensOptions { focus_distance, f_stop, focal_length, sensor_width, fov_x, aperture_diameter } =
+        options;
     if f_stop.is_some() && aperture_diameter.is_some() {
         return Err(Failure::usage(
             "--f-stop and --aperture-diameter both say how wide the aperture is; give one of them",
@@ -138,12 +139,21 @@ pub fn resolve(options: &LensOptions, file: &FileCamera, name: &str) -> Result<R
     let number = |option: Option<Number>| option.map(|number| number.0);
     let (fov_given, focal_given, sensor_given) =
         (options.fov_x.is_some(), options.focal_length.is_some(), options.sensor_width.is_some());
-    let slot = |flag, name, unit, given: Option<Number>, found| Slot { flag, name, unit, given: number(given), found };
+    let slot = |flag, name, unit, given: Option<Number>, found| Slot {
+        flag,
+        name,
+        unit,
+        given: number(given),
+        found,
+    };
     let focus =
-        slot("--focus-distance", "focus distance", "m", options.focus_distance, file.focus_distance.as_ref()).get();
+        slot("--focus-distance", "focus distance", "m", options.focus_distance, file.focus_distance.as_ref())
+            .get();
     let f_stop = slot("--f-stop", "f-stop", "", options.f_stop, file.f_stop.as_ref()).get();
-    let focal = slot("--focal-length", "focal length", "mm", options.focal_length, file.focal_length.as_ref()).get();
-    let sensor = slot("--sensor-width", "sensor width", "mm", options.sensor_width, file.sensor_width.as_ref()).get();
+    let focal =
+        slot("--focal-length", "focal length", "mm", options.focal_length, file.focal_length.as_ref()).get();
+    let sensor =
+        slot("--sensor-width", "sensor width", "mm", options.sensor_width, file.sensor_width.as_ref()).get();
     // A file's field of view steps back behind a focal length and a sensor that the user gave.
     let found_fov = if focal_given || sensor_given { None } else { file.fov_x.as_ref() };
     let fov = slot("--fov-x", "field of view", "degrees", options.fov_x, found_fov).get();
@@ -215,12 +225,8 @@ pub fn resolve(options: &LensOptions, file: &FileCamera, name: &str) -> Result<R
                 ),
                 _ => return Err(Failure::usage("no focal length")),
             };
-            let diameter = value(
-                "aperture diameter",
-                focal.value * 1e-3 / f_stop.value,
-                "m",
-                "focal length / f-stop",
-            );
+            let diameter =
+                value("aperture diameter", focal.value * 1e-3 / f_stop.value, "m", "focal length / f-stop");
             let lens = Lens::Ideal { fov_x_degrees: fov.value, aperture_diameter_m: diameter.value };
             values.extend([fov, f_stop, focal, diameter]);
             lens
@@ -240,7 +246,8 @@ pub fn resolve(options: &LensOptions, file: &FileCamera, name: &str) -> Result<R
         (None, None) => return Err(Failure::usage("no aperture")),
     };
     let camera = Camera::new(lens, focus.value).map_err(|error| {
-        let from: Vec<String> = values.iter().map(|value| format!("{} {} ({})", value.name, value.text, value.from)).collect();
+        let from: Vec<String> =
+            values.iter().map(|value| format!("{} {} ({})", value.name, value.text, value.from)).collect();
         Failure::usage(format!("{name}: {error}; used were {}", from.join(", ")))
     })?;
     Ok(Resolved { camera, values })
@@ -290,7 +297,12 @@ mod tests {
         let from: Vec<&str> = resolved.values.iter().map(|value| value.from.as_str()).collect();
         assert_eq!(
             from,
-            ["--focus-distance", "--f-stop", "attribute pinholeFocalLength", "attribute sensorOverallDimensions"]
+            [
+                "--focus-distance",
+                "--f-stop",
+                "attribute pinholeFocalLength",
+                "attribute sensorOverallDimensions"
+            ]
         );
     }
 
@@ -334,14 +346,23 @@ mod tests {
             "a.exr: no camera is known; add --focus-distance M and --f-stop N (or --aperture-diameter M) \
              and --focal-length MM and --sensor-width MM"
         );
-        let file = FileCamera { focal_length: attribute(35.0, "pinholeFocalLength"), ..FileCamera::default() };
+        let file =
+            FileCamera { focal_length: attribute(35.0, "pinholeFocalLength"), ..FileCamera::default() };
         assert_eq!(
             error("focus-distance = 2\nf-stop = 4", &file).to_string(),
             "a.exr: of the camera only focus distance 2 m (--focus-distance), f-stop 4 (--f-stop), \
              focal length 35 mm (attribute pinholeFocalLength) is known; add --sensor-width MM"
         );
-        assert!(error("focus-distance = 2\naperture-diameter = 0.01", &FileCamera::default()).to_string().contains("--fov-x"));
-        assert!(error("focus-distance = 2\nfov-x = 30\nf-stop = 2", &FileCamera::default()).to_string().contains("--sensor-width"));
+        assert!(
+            error("focus-distance = 2\naperture-diameter = 0.01", &FileCamera::default())
+                .to_string()
+                .contains("--fov-x")
+        );
+        assert!(
+            error("focus-distance = 2\nfov-x = 30\nf-stop = 2", &FileCamera::default())
+                .to_string()
+                .contains("--sensor-width")
+        );
     }
 
     #[test]

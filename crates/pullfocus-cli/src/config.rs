@@ -85,9 +85,10 @@ pub fn parse(text: &str) -> std::result::Result<Options, String> {
             .map(|key| (strsim::jaro(key, unknown), key))
             .filter(|(likeness, _)| *likeness > 0.75)
             .max_by(|a, b| a.0.total_cmp(&b.0));
-        let hint = near.map_or("keys are the long names of the options in 'pullfocus help render'".into(), |(_, key)| {
-            format!("did you mean '{key}'?")
-        });
+        let hint = near.map_or(
+            "keys are the long names of the options in 'pullfocus help render'".into(),
+            |(_, key)| format!("did you mean '{key}'?"),
+        );
         return Err(format!("'{unknown}' is no option; {hint}"));
     }
     Ok(Options {
@@ -133,7 +134,8 @@ pub fn read(path: &Path) -> Result<Options> {
         return Err(unreadable(&"it is larger than 1 MiB, so it is no settings file"));
     }
     let text = String::from_utf8(bytes).map_err(|_| unreadable(&"it is not text in UTF-8"))?;
-    parse(&text).map_err(|reason| Failure::usage(format!("in the settings file {}, {reason}", path.display())))
+    parse(&text)
+        .map_err(|reason| Failure::usage(format!("in the settings file {}, {reason}", path.display())))
 }
 
 #[cfg(test)]

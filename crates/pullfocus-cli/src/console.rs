@@ -41,9 +41,9 @@ impl Console {
             return;
         }
         let bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template(
-            "{bar:30} {pos} of {len} frames, {elapsed} gone, {eta} left  {msg}",
-        ) {
+        if let Ok(style) =
+            ProgressStyle::with_template("{bar:30} {pos} of {len} frames, {elapsed} gone, {eta} left  {msg}")
+        {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(250));

@@ -15,13 +15,19 @@ pub fn lines(contents: &Contents) -> Vec<String> {
     for (index, part) in contents.parts.iter().enumerate() {
         describe_part(index, part, &mut lines);
     }
+    if contents.parts.iter().all(is_deep) {
+        lines.push("  deep pictures are not supported yet; render the scene flat, with depth".into());
+        return lines;
+    }
     match &contents.beauty {
         Some(beauty) => lines.push(format!("  picture: {beauty}")),
         None => lines.push("  picture: none found; choose layers with --channels".into()),
     }
     match &contents.depth_channel {
         Some(channel) => lines.push(format!("  depth: {channel}")),
-        None => lines.push("  depth: none found; choose a channel with --depth-channel or a file with --depth-file".into()),
+        None => lines.push(
+            "  depth: none found; choose a channel with --depth-channel or a file with --depth-file".into(),
+        ),
     }
     for depth in &contents.depth {
         lines.push(format!("    {}", describe_depth(depth)));
@@ -54,7 +60,11 @@ fn describe_part(index: usize, part: &PartContents, lines: &mut Vec<String>) {
         } else {
             format!(" of a frame of {}", window(&part.display_window))
         },
-        if part.pixel_aspect == 1.0 { String::new() } else { format!(", pixel aspect {}", part.pixel_aspect) },
+        if part.pixel_aspect == 1.0 {
+            String::new()
+        } else {
+            format!(", pixel aspect {}", part.pixel_aspect)
+        },
     ));
     for layer in &part.layers {
         let channels: Vec<String> = layer
@@ -79,7 +89,9 @@ fn describe_part(index: usize, part: &PartContents, lines: &mut Vec<String>) {
 
 fn describe_depth(depth: &DepthContents) -> String {
     let range = match (depth.min, depth.max, depth.median) {
-        (Some(min), Some(max), Some(median)) => format!("{} to {}, half below {}", short(min), short(max), short(median)),
+        (Some(min), Some(max), Some(median)) => {
+            format!("{} to {}, half below {}", short(min), short(max), short(median))
+        }
         _ => "no value where something is".into(),
     };
     format!("{}: {range}; {:.1} % nothing there; {}", depth.channel, 100.0 * depth.nothing, depth.convention)
@@ -112,8 +124,12 @@ fn describe_camera(camera: &FoundCamera, lines: &mut Vec<String>) {
     lines.extend(camera.notes.iter().map(|note| format!("    note: {note}")));
 }
 
-/// The command to go on with: flags for what the file does not say, with likely values to change.
-pub fn suggestion(path: &Path, contents: &Contents) -> String {
+/// The command to go on with: flags for what the file does not say, with likely values to change. None for
+/// files that cannot be rendered.
+pub fn suggestion(path: &Path, contents: &Contents) -> Option<String> {
+    if contents.parts.iter().all(is_deep) {
+        return None;
+    }
     let mut words = vec!["pullfocus render".to_owned(), quoted(&path.display().to_string())];
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     words.push(format!("-o {}", quoted(&format!("{stem}_blurred.exr"))));
@@ -146,7 +162,11 @@ pub fn suggestion(path: &Path, contents: &Contents) -> String {
     if camera.sensor_width_mm.is_none() {
         words.push("--sensor-width 36".into());
     }
-    words.join(" ")
+    Some(words.join(" "))
+}
+
+fn is_deep(part: &PartContents) -> bool {
+    part.kind.starts_with("deep")
 }
 
 /// The command for a picture without depth of its own.
@@ -183,7 +203,11 @@ fn argument_in(convention: &str) -> Option<String> {
 /// As a shell takes it for one word.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/._-+:@%=".contains(c);
-    if !text.is_empty() && text.chars().all(plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', r"'\''")) }
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
 }
 
 #[cfg(test)]
@@ -200,7 +224,10 @@ mod tests {
     #[test]
     fn the_argument_is_taken_out_of_the_sentence() {
         let argument = |text| argument_in(text).unwrap();
-        assert_eq!(argument("as Unreal writes it (--depth planar --depth-unit 0.01)"), "--depth planar --depth-unit 0.01");
+        assert_eq!(
+            argument("as Unreal writes it (--depth planar --depth-unit 0.01)"),
+            "--depth planar --depth-unit 0.01"
+        );
         assert_eq!(argument("units of the scene (--depth planar, with --depth-unit where"), "--depth planar");
         assert_eq!(
             argument("normalised (--depth normalized with near and far), 1/z"),

@@ -42,13 +42,17 @@ impl Canvas {
         let last = picture.colors.len().saturating_sub(1);
         let planes = [0, 1.min(last), 2.min(last)].map(|i| picture.colors.get(if last < 2 { 0 } else { i }));
         Self::from_fn(picture.size(), |i| {
-            planes.map(|plane| byte(to_srgb(plane.and_then(|plane| plane.data().get(i)).copied().unwrap_or(0.0))))
+            planes.map(|plane| {
+                byte(to_srgb(plane.and_then(|plane| plane.data().get(i)).copied().unwrap_or(0.0)))
+            })
         })
     }
 
     /// Planes that are sRGB already, 0 to 1.
     pub fn from_srgb(planes: &[Plane; 3]) -> Self {
-        Self::from_fn(planes[0].size(), |i| planes.each_ref().map(|plane| byte(plane.data()[i].clamp(0.0, 1.0))))
+        Self::from_fn(planes[0].size(), |i| {
+            planes.each_ref().map(|plane| byte(plane.data()[i].clamp(0.0, 1.0)))
+        })
     }
 
     /// The view of a signed circle of confusion: front red, in focus green, behind blue, full at `range` pixels.

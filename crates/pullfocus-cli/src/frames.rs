@@ -46,12 +46,18 @@ impl FrameFiles {
 
     /// Files written.
     pub fn outputs(&self) -> Vec<String> {
-        std::iter::once(&self.output).chain(&self.preview_png).map(|path| path.display().to_string()).collect()
+        std::iter::once(&self.output)
+            .chain(&self.preview_png)
+            .map(|path| path.display().to_string())
+            .collect()
     }
 
     /// The file that the frame goes by in messages.
     pub fn name(&self) -> String {
-        self.input.as_ref().or(self.behind.as_ref()).map_or_else(String::new, |path| path.display().to_string())
+        self.input
+            .as_ref()
+            .or(self.behind.as_ref())
+            .map_or_else(String::new, |path| path.display().to_string())
     }
 
     /// Whether anything is left to do for this frame.
@@ -76,7 +82,9 @@ impl FrameFiles {
 pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
     let files = &options.files;
     let Some(output) = &files.output else {
-        return Err(Failure::usage("no output was named; add -o OUT (its ending says the format: .exr, .png, ...)"));
+        return Err(Failure::usage(
+            "no output was named; add -o OUT (its ending says the format: .exr, .png, ...)",
+        ));
     };
     let inputs = files.input.clone().unwrap_or_default();
     let layers = if purpose == Purpose::Render { (&files.foreground, &files.behind) } else { (&None, &None) };

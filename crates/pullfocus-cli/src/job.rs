@@ -75,10 +75,14 @@ impl Job {
                 ));
             }
             if camera::any_given(lens) {
-                warnings.push("--coc-channel already holds what the lens does, so the lens options are not used".into());
+                warnings.push(
+                    "--coc-channel already holds what the lens does, so the lens options are not used".into(),
+                );
             }
             if settings.coc.protect_m.is_some() {
-                warnings.push("--protect is in metres and means nothing beside --coc-channel, so it is not used".into());
+                warnings.push(
+                    "--protect is in metres and means nothing beside --coc-channel, so it is not used".into(),
+                );
             }
         }
         match (purpose, &files.foreground, &files.behind) {
@@ -88,7 +92,9 @@ impl Job {
                 ));
             }
             (Purpose::Render, None, Some(_)) => {
-                return Err(Failure::usage("--behind needs --foreground FILE, the near objects that lie over it"));
+                return Err(Failure::usage(
+                    "--behind needs --foreground FILE, the near objects that lie over it",
+                ));
             }
             (Purpose::Render, Some(_), Some(_)) if files.depth_file.is_some() => {
                 return Err(Failure::usage(
@@ -99,7 +105,10 @@ impl Job {
         }
         let coc_range = match view.coc_range {
             Some(range) if !(range.0.is_finite() && range.0 > 0.0) => {
-                return Err(Failure::usage(format!("--coc-range is {}; it must be a number of pixels above 0", range.0)));
+                return Err(Failure::usage(format!(
+                    "--coc-range is {}; it must be a number of pixels above 0",
+                    range.0
+                )));
             }
             range => range.map(|range| range.0 as f32),
         };
@@ -137,7 +146,11 @@ impl Job {
                 (_, Some(true)) => Existing::Keep,
                 _ => Existing::Refuse,
             },
-            limits: if files.allow_large_files == Some(true) { storage::NO_LIMITS } else { Limits::default() },
+            limits: if files.allow_large_files == Some(true) {
+                storage::NO_LIMITS
+            } else {
+                Limits::default()
+            },
             threads: run.threads,
             coc_range,
             bits,

@@ -68,7 +68,9 @@ fn decoding(job: &Job, found: &FoundCamera, values: &mut Vec<CameraValue>) -> De
 pub fn load(job: &Job, files: &FrameFiles, cancel: &Cancel) -> Result<LoadedFrame> {
     let mut warnings = Vec::new();
     match (&files.foreground, &files.behind) {
-        (Some(foreground), Some(behind)) => load_layers(job, files, (foreground, behind), &mut warnings, cancel),
+        (Some(foreground), Some(behind)) => {
+            load_layers(job, files, (foreground, behind), &mut warnings, cancel)
+        }
         _ => load_single(job, files, &mut warnings, cancel),
     }
     .map(|frame| LoadedFrame { warnings, ..frame })
@@ -81,8 +83,10 @@ fn load_single(
     cancel: &Cancel,
 ) -> Result<LoadedFrame> {
     let Some(input) = &files.input else { return Err(Failure::usage("give IN, the picture to blur")) };
-    let selection =
-        Selection { without_depth: files.depth_file.is_some() && job.selection.coc_channel.is_none(), ..job.selection.clone() };
+    let selection = Selection {
+        without_depth: files.depth_file.is_some() && job.selection.coc_channel.is_none(),
+        ..job.selection.clone()
+    };
     let mut loaded = storage::load(input, &selection, &job.limits, cancel)?;
     note_camera(&loaded, warnings);
     let distance = match (loaded.coc.take(), &files.depth_file, loaded.depth.take()) {
@@ -154,7 +158,9 @@ fn load_layers(
     }
     let mut target = target.unwrap_or(far);
     let wanted = target.color_count();
-    for (path, count) in [(behind, base.picture.colors.len()), (foreground, near_element.picture.colors.len())] {
+    for (path, count) in
+        [(behind, base.picture.colors.len()), (foreground, near_element.picture.colors.len())]
+    {
         if count != wanted {
             return Err(Failure::failed(format!(
                 "{}: {count} colour channels were taken from it but {wanted} from {}; choose the same layers with --channels",
@@ -206,7 +212,11 @@ fn element(
 }
 
 fn to_distance(job: &Job, plane: Plane, decoding: DepthDecoding) -> Distance {
-    if job.selection.coc_channel.is_some() { Distance::Coc(plane) } else { Distance::Depth { plane, decoding } }
+    if job.selection.coc_channel.is_some() {
+        Distance::Coc(plane)
+    } else {
+        Distance::Depth { plane, decoding }
+    }
 }
 
 fn no_depth(path: &Path) -> Failure {
@@ -227,7 +237,10 @@ fn note_bits(job: &Job, path: &Path, bits: Option<u8>, warnings: &mut Vec<String
         ));
     }
     if bits <= 8 {
-        warnings.push(format!("{}: depth of {bits} bits is coarse, so the blur may change in steps", path.display()));
+        warnings.push(format!(
+            "{}: depth of {bits} bits is coarse, so the blur may change in steps",
+            path.display()
+        ));
     }
 }
 
@@ -236,7 +249,12 @@ fn note_camera(loaded: &Loaded, warnings: &mut Vec<String>) {
 }
 
 /// The camera, and how depth is read; no camera where circles of confusion are given.
-fn resolve(job: &Job, found: &FoundCamera, name: &str, frame: &Frame) -> Result<(Option<Resolved>, DepthDecoding)> {
+fn resolve(
+    job: &Job,
+    found: &FoundCamera,
+    name: &str,
+    frame: &Frame,
+) -> Result<(Option<Resolved>, DepthDecoding)> {
     if job.selection.coc_channel.is_some() {
         return Ok((None, job.decoding));
     }

@@ -146,14 +146,18 @@ impl FrameReport {
 
     /// "read 12 ms, blur 40 ms".
     pub fn stages_text(&self) -> String {
-        let stages: Vec<String> = self.stages.iter().map(|stage| format!("{} {:.1} ms", stage.name, stage.ms)).collect();
+        let stages: Vec<String> =
+            self.stages.iter().map(|stage| format!("{} {:.1} ms", stage.name, stage.ms)).collect();
         stages.join(", ")
     }
 
     /// "focus distance 2 m (--focus-distance), f-stop 2.8 (attribute aperture)".
     pub fn camera_text(&self) -> String {
-        let values: Vec<String> =
-            self.camera.iter().map(|value| format!("{} {} ({})", value.name, value.text, value.from)).collect();
+        let values: Vec<String> = self
+            .camera
+            .iter()
+            .map(|value| format!("{} {} ({})", value.name, value.text, value.from))
+            .collect();
         values.join(", ")
     }
 }

@@ -97,9 +97,8 @@ pub fn check_threads(threads: Option<u32>) -> Result<()> {
 /// Those of `work`; a number of threads that cannot be had.
 pub fn in_pool<T: Send>(threads: Option<u32>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     check_threads(threads)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0) as usize)
-        .build()
-        .map_err(|error| Failure::failed(format!("the threads could not be started: {error}; try --threads 1")))?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0) as usize).build().map_err(
+        |error| Failure::failed(format!("the threads could not be started: {error}; try --threads 1")),
+    )?;
     pool.install(work)
 }

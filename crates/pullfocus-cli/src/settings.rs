@@ -102,7 +102,9 @@ fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
         (_, Some(0)) => return usage("--steps is 0; it must be 1 or more"),
         (Integrator::BackwardEuler { steps }, n) => Integrator::BackwardEuler { steps: n.unwrap_or(steps) },
         (Integrator::Rational(_) | Integrator::Disc, Some(_)) => {
-            return usage("--steps goes with --integrator backward-euler; rational and disc are done in one and have no steps");
+            return usage(
+                "--steps goes with --integrator backward-euler; rational and disc are done in one and have no steps",
+            );
         }
         (one, None) => one,
     };
@@ -159,13 +161,21 @@ pub fn decoding(depth: &Depth) -> Result<DepthDecoding> {
             Some(Number(scale)) => {
                 DepthKind::Disparity { scale, shift: depth.depth_shift.map_or(0.0, |shift| shift.0) }
             }
-            None => return usage("--depth disparity needs --depth-scale S (and --depth-shift S): 1/z = scale * value + shift, in 1/m"),
+            None => {
+                return usage(
+                    "--depth disparity needs --depth-scale S (and --depth-shift S): 1/z = scale * value + shift, in 1/m",
+                );
+            }
         },
         DepthForm::Normalized => match (depth.depth_near, depth.depth_far) {
             (Some(Number(near_m)), Some(Number(far_m))) => {
                 DepthKind::Normalized { near_m, far_m, inverted: depth.depth_invert.unwrap_or(false) }
             }
-            _ => return usage("--depth normalized needs --depth-near M and --depth-far M, the distances of 0 and 1"),
+            _ => {
+                return usage(
+                    "--depth normalized needs --depth-near M and --depth-far M, the distances of 0 and 1",
+                );
+            }
         },
     };
     let decoding = DepthDecoding {
@@ -211,7 +221,10 @@ mod tests {
         let jacobi = made("solver = 'jacobi'\nsweeps = 50").unwrap();
         assert_eq!(jacobi.diffusion.solver, Solver::Jacobi(JacobiStop::Sweeps(50)));
         let coc = made("max-coc = '3%'\nfront = 0.5\nback = 2\nprotect = '1,2'").unwrap().coc;
-        assert_eq!((coc.max_width, coc.front, coc.back, coc.protect_m), (Some(0.03), 0.5, 2.0, Some([1.0, 2.0])));
+        assert_eq!(
+            (coc.max_width, coc.front, coc.back, coc.protect_m),
+            (Some(0.03), 0.5, 2.0, Some([1.0, 2.0]))
+        );
     }
 
     #[test]

@@ -7,8 +7,8 @@ use pullfocus_io::exr::Contents;
 use pullfocus_io::images::{self, Bits, Encoding, Format, Stored};
 use pullfocus_io::output::{Existing, PendingFile};
 use pullfocus_io::{
-    AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType, Selection, align_plane,
-    write_exr,
+    AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType, Selection,
+    align_plane, write_exr,
 };
 use serde::Serialize;
 use std::borrow::Cow;
@@ -69,7 +69,10 @@ impl Loaded {
 
     /// The name of its depth or circle-of-confusion channel.
     pub fn distance_name(&self) -> String {
-        self.coc.as_ref().or(self.depth.as_ref()).map_or_else(|| "no depth".into(), |plane| plane.name.clone())
+        self.coc
+            .as_ref()
+            .or(self.depth.as_ref())
+            .map_or_else(|| "no depth".into(), |plane| plane.name.clone())
     }
 }
 
@@ -206,8 +209,11 @@ pub fn save(
             document.write_to(&mut pending, channels, picture)?;
         }
         Origin::Image { names } => {
-            let planes: Vec<_> =
-                names.iter().zip(picture.planes()).map(|(name, plane)| (name.as_str(), plane, SampleType::Half)).collect();
+            let planes: Vec<_> = names
+                .iter()
+                .zip(picture.planes())
+                .map(|(name, plane)| (name.as_str(), plane, SampleType::Half))
+                .collect();
             write_exr(&mut pending, &target.frame, &planes, &[])?;
         }
     }
@@ -262,11 +268,17 @@ pub fn save_preview(picture: &Picture, output: &Path, existing: Existing) -> Res
 /// As [`save`].
 pub fn save_canvas(canvas: &Canvas, output: &Path, existing: Existing) -> Result<()> {
     if is_exr(output) {
-        return Err(Failure::usage(format!("{}: this picture is for looking at; end the name with .png", output.display())));
+        return Err(Failure::usage(format!(
+            "{}: this picture is for looking at; end the name with .png",
+            output.display()
+        )));
     }
     let size = pullfocus_core::Size::new(canvas.width, canvas.height);
-    let plane = |c: usize| Plane::new(size, canvas.data.iter().skip(c).step_by(3).map(|&v| f32::from(v) / 255.0).collect());
-    let encoding = Encoding::for_name(output, Some(Bits::Eight)).or_else(|_| Encoding::for_name(output, None))?;
+    let plane = |c: usize| {
+        Plane::new(size, canvas.data.iter().skip(c).step_by(3).map(|&v| f32::from(v) / 255.0).collect())
+    };
+    let encoding =
+        Encoding::for_name(output, Some(Bits::Eight)).or_else(|_| Encoding::for_name(output, None))?;
     images::save_srgb(output, &[plane(0)?, plane(1)?, plane(2)?], encoding, existing)?;
     Ok(())
 }
@@ -276,7 +288,8 @@ fn as_seen(picture: &Picture) -> Result<Cow<'_, Picture>> {
     if matches!(picture.colors.len(), 1 | 3) {
         return Ok(Cow::Borrowed(picture));
     }
-    let mut seen = Picture { colors: picture.colors.iter().take(3).cloned().collect(), alpha: picture.alpha.clone() };
+    let mut seen =
+        Picture { colors: picture.colors.iter().take(3).cloned().collect(), alpha: picture.alpha.clone() };
     if seen.colors.len() == 2 {
         // Two of three colours: the third is dark.
         seen.colors.push(Plane::filled(seen.size(), 0.0)?);
@@ -357,7 +370,8 @@ fn load_image(path: &Path, selection: &Selection, limits: &Limits) -> Result<Loa
         )));
     }
     let picture = images::read_picture(path, limits)?;
-    let names = ["R", "G", "B"].into_iter().take(picture.colors.len()).chain(picture.alpha.as_ref().map(|_| "A"));
+    let names =
+        ["R", "G", "B"].into_iter().take(picture.colors.len()).chain(picture.alpha.as_ref().map(|_| "A"));
     Ok(Loaded {
         path: path.to_owned(),
         frame: Frame::full(picture.size()),

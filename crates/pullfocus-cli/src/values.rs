@@ -113,7 +113,11 @@ impl FromStr for Unit {
             "ft" => 0.3048,
             other => match number(other) {
                 Ok(value) if value.is_finite() && value > 0.0 => value,
-                _ => return Err(format!("'{other}' is no unit; write m, cm, mm, ft, in, or metres per unit such as 0.01")),
+                _ => {
+                    return Err(format!(
+                        "'{other}' is no unit; write m, cm, mm, ft, in, or metres per unit such as 0.01"
+                    ));
+                }
             },
         }))
     }
@@ -140,7 +144,9 @@ impl FromStr for Largest {
         };
         match number(digits) {
             Ok(value) if value.is_finite() && value >= 0.0 => Ok(make(value)),
-            _ => Err(format!("'{text}' is no size; write pixels such as 40, or a part of the width such as 2%")),
+            _ => Err(format!(
+                "'{text}' is no size; write pixels such as 40, or a part of the width such as 2%"
+            )),
         }
     }
 }
@@ -156,7 +162,9 @@ impl FromStr for Range {
         let ends = text.split_once(',').and_then(|(near, far)| Some([number(near).ok()?, number(far).ok()?]));
         match ends {
             Some([near, far]) if near > 0.0 && near <= far => Ok(Self([near, far])),
-            _ => Err(format!("'{text}' is no range; write the nearest and the farthest distance in metres, such as 1.5,3")),
+            _ => Err(format!(
+                "'{text}' is no range; write the nearest and the farthest distance in metres, such as 1.5,3"
+            )),
         }
     }
 }

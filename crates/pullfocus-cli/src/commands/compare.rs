@@ -103,7 +103,10 @@ fn compare(args: &CompareArgs) -> Result<()> {
         }
     }
     if let Some(output) = &args.output {
-        print_line(&format!("wrote {}: black where FLIP sees no difference, light yellow where it sees the most", output.display()));
+        print_line(&format!(
+            "wrote {}: black where FLIP sees no difference, light yellow where it sees the most",
+            output.display()
+        ));
     }
     Ok(())
 }

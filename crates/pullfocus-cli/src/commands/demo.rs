@@ -112,7 +112,11 @@ fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Res
         for (row, f_stop) in F_STOPS.into_iter().enumerate() {
             cancel.check()?;
             let start = Instant::now();
-            let lens = Lens { focus_distance: Some(Number(focus)), f_stop: Some(Number(f_stop)), ..options.lens.clone() };
+            let lens = Lens {
+                focus_distance: Some(Number(focus)),
+                f_stop: Some(Number(f_stop)),
+                ..options.lens.clone()
+            };
             let resolved = camera::resolve(&lens, &camera::FileCamera::default(), "the shipped frame")?;
             let mut scene = scene.clone();
             let place = if focus.is_infinite() { "infinity".to_owned() } else { format!("{focus} m") };
@@ -141,10 +145,17 @@ fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Res
             report.stage("write", writing.elapsed());
             report.total_ms = milliseconds(start.elapsed());
             let [low, high] = rendered.coc_range;
-            say(&format!("\nFocus on {what} ({place}) at f/{f_stop}: circles of {low:.1} to {high:.1} px behind the fence"));
+            say(&format!(
+                "\nFocus on {what} ({place}) at f/{f_stop}: circles of {low:.1} to {high:.1} px behind the fence"
+            ));
             say(&format!("  {}", report.stages_text()));
             say(&format!("  wrote {} and .png", outputs[0].display()));
-            sheet.add(column + 1, row + 1, &Canvas::from_picture(&picture), &format!("focus on {what}, {place}, f/{f_stop}"));
+            sheet.add(
+                column + 1,
+                row + 1,
+                &Canvas::from_picture(&picture),
+                &format!("focus on {what}, {place}, f/{f_stop}"),
+            );
             reports.push(report);
         }
     }
@@ -184,10 +195,24 @@ fn circles(
     cancel: &Cancel,
 ) -> Result<Plane> {
     let mut coc = Plane::default();
-    renderer.circle_of_confusion(&scene.frame, &scene.base.distance, Some(camera), &job.settings, cancel, &mut coc)?;
+    renderer.circle_of_confusion(
+        &scene.frame,
+        &scene.base.distance,
+        Some(camera),
+        &job.settings,
+        cancel,
+        &mut coc,
+    )?;
     if let Some(foreground) = &scene.foreground {
         let mut near = Plane::default();
-        renderer.circle_of_confusion(&scene.frame, &foreground.distance, Some(camera), &job.settings, cancel, &mut near)?;
+        renderer.circle_of_confusion(
+            &scene.frame,
+            &foreground.distance,
+            Some(camera),
+            &job.settings,
+            cancel,
+            &mut near,
+        )?;
         if let Some(alpha) = &foreground.picture.alpha {
             for ((coc, near), alpha) in coc.data_mut().iter_mut().zip(near.data()).zip(alpha.data()) {
                 if *alpha > 0.5 {
@@ -202,7 +227,9 @@ fn circles(
 /// 1/z of what is seen.
 fn inverse_depth(scene: &Scene) -> Result<Plane> {
     let inverse = |distance: &Distance, i: usize| match distance {
-        Distance::Depth { plane, decoding } => (1.0 / decoding.to_metres(plane.data()[i], || [0.0; 2])) as f32,
+        Distance::Depth { plane, decoding } => {
+            (1.0 / decoding.to_metres(plane.data()[i], || [0.0; 2])) as f32
+        }
         Distance::Coc(_) => 0.0,
     };
     let mut i = 0;

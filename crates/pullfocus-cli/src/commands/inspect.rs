@@ -55,7 +55,7 @@ fn look(path: &Path) -> FileReport {
     match storage::inspect(path, &Limits::default()) {
         Ok(contents) => {
             let suggestion = match &contents {
-                Inspected::Exr(contents) => Some(describe::suggestion(path, contents)),
+                Inspected::Exr(contents) => describe::suggestion(path, contents),
                 // A grey picture is more likely the depth of another one.
                 Inspected::Image { grey: true, .. } => None,
                 Inspected::Image { .. } => Some(describe::image_suggestion(path)),
@@ -72,7 +72,10 @@ fn tell(path: &Path, report: &FileReport) {
         Some(Inspected::Image { format, width, height, alpha, grey, stored, as_depth }) => {
             let color = if *grey { "grey" } else { "colour" };
             let alpha = if *alpha { " with alpha" } else { "" };
-            print_line(&format!("{}: {format}, {width} x {height}, {color}{alpha}, {stored}", path.display()));
+            print_line(&format!(
+                "{}: {format}, {width} x {height}, {color}{alpha}, {stored}",
+                path.display()
+            ));
             if let Some([low, high]) = as_depth {
                 print_line(&format!("  as --depth-file: values from {low} to {high}"));
             }

@@ -162,7 +162,10 @@ fn stopped(failure: Failure, job: &Job, reports: &[FrameReport], cancel: &Cancel
     }
     let frames = job.frames.len();
     let way_out = if frames > 1 { "; run the same command with --resume to go on" } else { "" };
-    Failure::Stopped(format!("stopped: {} of {frames} frames are done and no file is half written{way_out}", reports.len()))
+    Failure::Stopped(format!(
+        "stopped: {} of {frames} frames are done and no file is half written{way_out}",
+        reports.len()
+    ))
 }
 
 /// Reads, renders and writes one frame.
@@ -175,7 +178,8 @@ fn one(
 ) -> Result<FrameReport> {
     let mut report = FrameReport::new(files.inputs(), files.outputs());
     let start = Instant::now();
-    let LoadedFrame { mut scene, target, camera, distance, channels, warnings } = load::load(job, files, cancel)?;
+    let LoadedFrame { mut scene, target, camera, distance, channels, warnings } =
+        load::load(job, files, cancel)?;
     report.stage("read", start.elapsed());
     for warning in warnings {
         console.warn(warning);
