@@ -197,7 +197,12 @@ pub fn save(
     existing: Existing,
 ) -> Result<()> {
     if !is_exr(output) {
-        images::save(output, as_seen(picture)?.as_ref(), Encoding::for_name(output, bits)?, existing)?;
+        images::save(
+            output,
+            as_seen(picture, &target.frame)?.as_ref(),
+            Encoding::for_name(output, bits)?,
+            existing,
+        )?;
         return Ok(());
     }
     let mut pending = PendingFile::create(output, existing)?;
@@ -257,8 +262,8 @@ pub fn save_with_coc(
 ///
 /// # Errors
 /// As [`save`].
-pub fn save_preview(picture: &Picture, output: &Path, existing: Existing) -> Result<()> {
-    images::write_png(output, as_seen(picture)?.as_ref(), Bits::Eight, existing)?;
+pub fn save_preview(target: &Loaded, picture: &Picture, output: &Path, existing: Existing) -> Result<()> {
+    images::write_png(output, as_seen(picture, &target.frame)?.as_ref(), Bits::Eight, existing)?;
     Ok(())
 }
 
@@ -283,18 +288,38 @@ pub fn save_canvas(canvas: &Canvas, output: &Path, existing: Existing) -> Result
     Ok(())
 }
 
-/// The planes that a screen shows: three colours or one, and alpha.
-fn as_seen(picture: &Picture) -> Result<Cow<'_, Picture>> {
-    if matches!(picture.colors.len(), 1 | 3) {
+/// What a screen shows: the display window, black where no pixels are; three colours or one, and alpha.
+fn as_seen<'a>(picture: &'a Picture, frame: &Frame) -> Result<Cow<'a, Picture>> {
+    let whole = frame.data == frame.display;
+    if whole && matches!(picture.colors.len(), 1 | 3) {
         return Ok(Cow::Borrowed(picture));
     }
-    let mut seen =
-        Picture { colors: picture.colors.iter().take(3).cloned().collect(), alpha: picture.alpha.clone() };
-    if seen.colors.len() == 2 {
+    let seen = |plane: &Plane| -> Result<Plane> { on_display(plane, frame, 0.0) };
+    let mut colors = picture.colors.iter().take(3).map(seen).collect::<Result<Vec<_>>>()?;
+    if colors.len() == 2 {
         // Two of three colours: the third is dark.
-        seen.colors.push(Plane::filled(seen.size(), 0.0)?);
+        colors.push(Plane::filled(colors[0].size(), 0.0)?);
     }
-    Ok(Cow::Owned(seen))
+    Ok(Cow::Owned(Picture { colors, alpha: picture.alpha.as_ref().map(seen).transpose()? }))
+}
+
+/// The plane in the frame's display window. A display window far larger than the pixels that are there is a
+/// mistake in the file, or meant to exhaust memory.
+///
+/// # Errors
+/// [`FileError::TooLarge`], memory.
+pub fn on_display(plane: &Plane, frame: &Frame, fill: f32) -> Result<Plane> {
+    if frame.data == frame.display {
+        return Ok(plane.clone());
+    }
+    let area = frame.display.size.area() as u64;
+    FileError::check_limit(
+        "the picture to show",
+        "the display window's number of pixels",
+        area,
+        Limits::default().max_pixels,
+    )?;
+    Ok(align_plane(plane.clone(), frame.data, frame.display, fill)?)
 }
 
 /// Writes bytes as they are, over a file of this name.
@@ -308,14 +333,14 @@ pub fn save_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Reads a picture's own colour, up to three planes, and its alpha.
+/// Reads a picture as a screen shows it: its display window, its own colour in one or three planes, its alpha.
 ///
 /// # Errors
 /// Files that cannot be read.
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<Picture> {
     let selection = Selection { without_depth: true, ..Selection::default() };
-    let picture = load(path, &selection, limits, &Cancel::new())?.picture;
-    Ok(as_seen(&picture)?.into_owned())
+    let loaded = load(path, &selection, limits, &Cancel::new())?;
+    Ok(as_seen(&loaded.picture, &loaded.frame)?.into_owned())
 }
 
 /// What `inspect` found.

@@ -381,6 +381,21 @@ fn a_camera_in_the_file_fills_what_was_not_given() {
 }
 
 #[test]
+fn a_cropped_frame_is_seen_in_its_display_window() {
+    let folder = Folder::new();
+    let input = folder.cropped_frame("crop.exr");
+    for (command, name) in [("render", "out.png"), ("coc", "coc.png")] {
+        let output = folder.path(name);
+        ok(pullfocus([&[command, &input, "-o", &output], &LENS[..]].concat()));
+        let limits = pullfocus_io::Limits::default();
+        let picture = pullfocus_io::images::read_picture(output.as_ref(), &limits).unwrap();
+        assert_eq!((picture.size().width, picture.size().height), (2 * common::WIDTH, common::HEIGHT + 4));
+        assert_eq!(picture.colors[0].at(0, 0), 0.0);
+        assert!((0..3).any(|c| picture.colors[c].at(5, 6) > 0.0));
+    }
+}
+
+#[test]
 fn quiet_is_quiet() {
     let folder = Folder::new();
     let (input, output) = (folder.frame("in.exr", 1), folder.path("out.exr"));

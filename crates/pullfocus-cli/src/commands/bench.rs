@@ -218,7 +218,7 @@ fn copy_time(size: Size, least: Duration, cancel: &Cancel) -> Result<(Duration, 
 fn picture(size: Size) -> Result<Picture> {
     let plane = |shift: usize| {
         Plane::from_fn(size, |x, y| {
-            let checker = f32::from(((x + shift) / 16 + y / 16) % 2 == 0);
+            let checker = f32::from(((x + shift) / 16 + y / 16).is_multiple_of(2));
             0.2 + 0.6 * checker + 0.2 * (x as f32 / size.width as f32)
         })
     };

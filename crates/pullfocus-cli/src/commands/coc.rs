@@ -61,13 +61,17 @@ fn one(
     let [low, high] = found.coc_range;
     let range = job.coc_range.unwrap_or_else(|| low.abs().max(high.abs()));
     let start = Instant::now();
+    // Black where there are no pixels.
+    let canvas = || -> Result<Canvas> {
+        Ok(Canvas::from_coc(&storage::on_display(coc, &scene.frame, f32::NAN)?, range))
+    };
     if storage::is_exr(&files.output) {
         storage::save_with_coc(&target, &scene.frame, &scene.base.picture, coc, &files.output, job.existing)?;
     } else {
-        storage::save_canvas(&Canvas::from_coc(coc, range), &files.output, job.existing)?;
+        storage::save_canvas(&canvas()?, &files.output, job.existing)?;
     }
     if let Some(preview) = &files.preview_png {
-        storage::save_canvas(&Canvas::from_coc(coc, range), preview, job.existing)?;
+        storage::save_canvas(&canvas()?, preview, job.existing)?;
     }
     report.stage("write", start.elapsed());
     Ok(report)

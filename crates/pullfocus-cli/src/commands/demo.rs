@@ -141,7 +141,7 @@ fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Res
             let writing = Instant::now();
             let mut picture = std::mem::take(&mut scene.base.picture);
             storage::save(&target, &mut picture, &outputs[0], None, Existing::Replace)?;
-            storage::save_preview(&picture, &outputs[1], Existing::Replace)?;
+            storage::save_preview(&target, &picture, &outputs[1], Existing::Replace)?;
             report.stage("write", writing.elapsed());
             report.total_ms = milliseconds(start.elapsed());
             let [low, high] = rendered.coc_range;

@@ -207,7 +207,7 @@ fn one(
     let mut picture = std::mem::take(&mut scene.base.picture);
     storage::save(&target, &mut picture, &files.output, job.bits, job.existing)?;
     if let Some(preview) = &files.preview_png {
-        storage::save_preview(&picture, preview, job.existing)?;
+        storage::save_preview(&target, &picture, preview, job.existing)?;
     }
     report.stage("write", start.elapsed());
     Ok(report)

@@ -1,6 +1,6 @@
 //! Frames made up for the tests, and the program run on them.
 
-use pullfocus_core::{Frame, Plane, Size};
+use pullfocus_core::{Frame, Plane, Size, Window};
 use pullfocus_io::{AttributeValue, SampleType, write_exr};
 use std::ffi::OsStr;
 use std::fs::File;
@@ -9,7 +9,8 @@ use std::process::{Command, Stdio};
 
 /// Width of the made-up frames.
 pub const WIDTH: usize = 48;
-const HEIGHT: usize = 32;
+/// Height of the made-up frames.
+pub const HEIGHT: usize = 32;
 
 /// A run of the program, not yet started.
 pub fn command<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) -> Command {
@@ -95,6 +96,24 @@ impl Folder {
             ("id.X", &id, SampleType::Uint),
         ];
         self.exr(name, size, &planes, attributes)
+    }
+
+    /// A frame with pixels for a part of its display window.
+    pub fn cropped_frame(&self, name: &str) -> String {
+        let size = Size::new(WIDTH, HEIGHT);
+        let window = |x, y, size| Window { x, y, size };
+        let frame = Frame {
+            display: window(0, 0, Size::new(2 * WIDTH, HEIGHT + 4)),
+            data: window(3, 2, size),
+            ..Frame::full(size)
+        };
+        let (color, z) = (texture(size, 1), Plane::from_fn(size, |x, _| depth(x, size)).unwrap());
+        let float = SampleType::Float;
+        let path = self.path(name);
+        let out = BufWriter::new(File::create(&path).unwrap());
+        let planes = [("R", &color, float), ("G", &color, float), ("B", &color, float), ("Z", &z, float)];
+        write_exr(out, &frame, &planes, &[]).unwrap();
+        path
     }
 
     /// The frame's near strip alone, and all the rest.
