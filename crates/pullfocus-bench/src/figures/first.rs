@@ -77,7 +77,7 @@ pub fn figure_4(scenes: &[DevScene]) -> Result<Figure> {
         title: "First paper, figure 4: circles of confusion",
         text: format!(
             "Sizes of the circles of confusion, black for 0 and white for {most:.0} px: as they come, and after matting and diffusion with \
-             gamma = alpha. The leaves are gone."
+             gamma = alpha. Leaves in focus are gone, and those a little out of it have left a trace."
         ),
         panels: vec![Panel::of_circles(&lens.circles, most), Panel::of_circles(&extended, most)],
         columns: 2,
