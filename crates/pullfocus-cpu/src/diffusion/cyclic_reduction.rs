@@ -16,7 +16,7 @@
 use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
-use super::strips::{Bench, CHUNK};
+use super::strips::Bench;
 
 /// Rows of memory for lines of `n`: the sum of terms, what it keeps, then g, beta and x for each unknown of the
 /// pyramid, which has fewer than 2 n.
@@ -114,8 +114,9 @@ unsafe fn fill<V: Lanes, N: Number<V>, F: Form, const FIRST: bool>(
 ) -> f32 {
     let mut least = k.zero;
     let mut last = k.zero;
-    for from in (0..base.n).step_by(CHUNK) {
-        let len = CHUNK.min(base.n - from);
+    let chunk = bench.pass.lines.chunk;
+    for from in (0..base.n).step_by(chunk) {
+        let len = chunk.min(base.n - from);
         // SAFETY: unknowns below n.
         unsafe {
             let inputs = bench.inputs::<V, F>(from, len);

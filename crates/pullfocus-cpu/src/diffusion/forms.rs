@@ -29,21 +29,29 @@ impl<V: Lanes, N: Number<V>> Constants<V, N> {
     pub unsafe fn new(beta: f64, term: &Term) -> Self {
         // SAFETY: the caller's promise.
         unsafe {
-            let splat = |value: f32| V::splat(value);
+            // Loops, not array maps: those would be compiled without the instructions.
+            let mut mix = [[V::splat(0.0); 3]; FIELDS];
+            let mut start = [V::splat(0.0); FIELDS];
+            for field in 0..FIELDS {
+                start[field] = V::splat(term.start[field]);
+                for (part, to) in mix[field].iter_mut().enumerate() {
+                    *to = V::splat(term.mix[field][part]);
+                }
+            }
             Self {
-                zero: splat(0.0),
-                one: splat(1.0),
-                two: splat(2.0),
-                half: splat(0.5),
-                beta: splat((beta * term.beta) as f32),
-                most_beta: splat(MOST_BETA),
-                least_gamma: splat(LEAST_GAMMA),
-                tiny: splat(1e-30),
+                zero: V::splat(0.0),
+                one: V::splat(1.0),
+                two: V::splat(2.0),
+                half: V::splat(0.5),
+                beta: V::splat((beta * term.beta) as f32),
+                most_beta: V::splat(MOST_BETA),
+                least_gamma: V::splat(LEAST_GAMMA),
+                tiny: V::splat(1e-30),
                 sigma: N::splat(term.sigma),
-                h: splat(term.h),
-                share: splat(term.share),
-                mix: term.mix.map(|parts| parts.map(splat)),
-                start: term.start.map(splat),
+                h: V::splat(term.h),
+                share: V::splat(term.share),
+                mix,
+                start,
             }
         }
     }

@@ -9,7 +9,7 @@
 use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
-use super::strips::{Bench, CHUNK};
+use super::strips::Bench;
 use pullfocus_core::Result;
 use pullfocus_core::diffusion::{JACOBI_MOST_SWEEPS, JacobiStop};
 
@@ -111,14 +111,36 @@ unsafe fn sweep<V: Lanes, N: Number<V>>(
             }
         }
         std::mem::swap(&mut old, &mut new);
-        // SAFETY: k is the proof of the instructions.
-        if let Some(tolerance) = tolerance
-            && !V::any(largest.mul(unsafe { V::splat(tolerance) }).lt(change))
-        {
-            break;
+        if let Some(tolerance) = tolerance {
+            // SAFETY: k is the proof of the instructions.
+            let tolerance = unsafe { V::splat(tolerance) };
+            if !V::any(largest.mul(tolerance).lt(change)) {
+                break;
+            }
         }
     }
     Ok(old)
+}
+
+/// An unknown's shares of its neighbours' values: beta over the diagonal.
+///
+/// # Safety
+/// `j` must be in the sections.
+#[inline(always)]
+unsafe fn share<V: Lanes, N: Number<V>>(
+    sections: Sections,
+    j: usize,
+    gamma: V,
+    left: V,
+    right: V,
+    k: &Constants<V, N>,
+) {
+    let r = k.sigma.scale(gamma).add(N::from_parts(left.add(right), k.zero)).recip(k.one);
+    // SAFETY: the caller's promise.
+    unsafe {
+        r.scale(left).store(sections.left.add(j * N::PARTS * LANES));
+        r.scale(right).store(sections.right.add(j * N::PARTS * LANES));
+    }
 }
 
 /// Shares, x and the first guess.
@@ -128,7 +150,7 @@ unsafe fn fill<V: Lanes, N: Number<V>, F: Form, const FIRST: bool>(
     sections: Sections,
     k: &Constants<V, N>,
 ) -> f32 {
-    let n = bench.pass.lines.unknowns;
+    let (n, chunk) = (bench.pass.lines.unknowns, bench.pass.lines.chunk);
     let part = N::PARTS * LANES;
     let mut least = k.zero;
     let mut kept = sections.kept;
@@ -136,20 +158,15 @@ unsafe fn fill<V: Lanes, N: Number<V>, F: Form, const FIRST: bool>(
     let (mut last, mut last_gamma, mut last_left) = (k.zero, k.one, k.zero);
     // SAFETY: as in `solve`.
     unsafe {
-        let set = |j: usize, gamma: V, left: V, right: V| {
-            let r = k.sigma.scale(gamma).add(N::from_parts(left.add(right), k.zero)).recip(k.one);
-            r.scale(left).store(sections.left.add(j * part));
-            r.scale(right).store(sections.right.add(j * part));
-        };
-        for from in (0..n).step_by(CHUNK) {
-            let len = CHUNK.min(n - from);
+        for from in (0..n).step_by(chunk) {
+            let len = chunk.min(n - from);
             let inputs = bench.inputs::<V, F>(from, len);
             for i in 0..len {
                 let j = from + i;
                 let circle: V = inputs.circle.load(i);
                 let link = k.link(last, circle);
                 if j > 0 {
-                    set(j - 1, last_gamma, last_left, link);
+                    share(sections, j - 1, last_gamma, last_left, link, k);
                 }
                 (last, last_left) = (circle, link);
                 last_gamma = inputs.gamma.load::<V>(i).max(k.least_gamma);
@@ -166,7 +183,7 @@ unsafe fn fill<V: Lanes, N: Number<V>, F: Form, const FIRST: bool>(
                 x.store(sections.old.add(j * part));
             }
         }
-        set(n - 1, last_gamma, last_left, k.zero);
+        share(sections, n - 1, last_gamma, last_left, k.zero, k);
     }
     least.to_array().into_iter().fold(0.0, f32::min)
 }

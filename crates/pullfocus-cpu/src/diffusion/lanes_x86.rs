@@ -23,6 +23,7 @@ pub(super) unsafe fn with_avx2<K: Kernel>(kernel: K) -> K::Output {
 
 /// One 512-bit register.
 #[derive(Clone, Copy)]
+#[repr(transparent)]
 pub(super) struct One512(__m512);
 
 /// Two 256-bit registers.
@@ -104,7 +105,8 @@ impl Lanes for One512 {
     }
     #[inline(always)]
     fn transpose(block: &mut [Self; LANES]) {
-        let r = block.map(|v| v.0);
+        // SAFETY: `One512` is a `__m512` and nothing else.
+        let r: [__m512; LANES] = unsafe { std::mem::transmute(*block) };
         // Pairs, then fours within each 128-bit quarter, then the quarters.
         let mut t = r;
         for i in 0..8 {
@@ -213,12 +215,14 @@ impl Lanes for Two256 {
     }
     #[inline(always)]
     fn transpose(block: &mut [Self; LANES]) {
-        let from = *block;
-        let quarter = |rows: usize, right: bool| {
-            let half = |v: Self| if right { v.1 } else { v.0 };
-            transpose_8(std::array::from_fn(|i| half(from[rows + i])))
-        };
-        let (a, b, c, d) = (quarter(0, false), quarter(0, true), quarter(8, false), quarter(8, true));
+        // The block's quarters: each is transposed, and the two off the diagonal change places.
+        let zero = registers!(_mm256_setzero_ps());
+        let (mut a, mut b, mut c, mut d) = ([zero; 8], [zero; 8], [zero; 8], [zero; 8]);
+        for i in 0..8 {
+            (a[i], b[i]) = (block[i].0, block[i].1);
+            (c[i], d[i]) = (block[8 + i].0, block[8 + i].1);
+        }
+        let (a, b, c, d) = (transpose_8(a), transpose_8(b), transpose_8(c), transpose_8(d));
         for i in 0..8 {
             block[i] = Self(a[i], c[i]);
             block[8 + i] = Self(b[i], d[i]);

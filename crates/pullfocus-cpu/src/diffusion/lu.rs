@@ -12,7 +12,7 @@ use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
 use super::scheme::{FIELDS, MOST_TERMS};
-use super::strips::{Bench, CHUNK, Inputs, Outputs};
+use super::strips::{Bench, Inputs, Outputs};
 
 /// Rows of memory for lines of `n`.
 pub(super) fn rows<F: Form>(n: usize, planes: usize, parts: usize, terms: usize) -> usize {
@@ -42,7 +42,7 @@ pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form, const P: usize>(
     bench: &Bench<'_, P>,
 ) -> [f32; P] {
     let pass = bench.pass;
-    let n = pass.lines.unknowns;
+    let (n, chunk) = (pass.lines.unknowns, pass.lines.chunk);
     let terms = &pass.scheme.terms;
     let slot = N::PARTS * (1 + P) * LANES;
     let memory = bench.solver_rows();
@@ -59,8 +59,8 @@ pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form, const P: usize>(
             values: [start; P],
             least: [zero; P],
         }; MOST_TERMS];
-        for from in (0..n).step_by(CHUNK) {
-            let len = CHUNK.min(n - from);
+        for from in (0..n).step_by(chunk) {
+            let len = chunk.min(n - from);
             let inputs = bench.inputs::<V, F>(from, len);
             for (t, term) in terms.iter().enumerate() {
                 let k = Constants::new(pass.beta, term);
@@ -72,8 +72,8 @@ pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form, const P: usize>(
             }
         }
         let mut backs = [Back { link: start, values: [start; P] }; MOST_TERMS];
-        for from in (0..n).step_by(CHUNK).rev() {
-            let len = CHUNK.min(n - from);
+        for from in (0..n).step_by(chunk).rev() {
+            let len = chunk.min(n - from);
             let to = bench.outputs::<V, F>(from);
             for (t, term) in terms.iter().enumerate() {
                 let k = Constants::new(pass.beta, term);
@@ -99,7 +99,11 @@ pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form, const P: usize>(
             }
             bench.written::<V, F>(from, len);
         }
-        forths[0].least.map(|v| v.to_array().into_iter().fold(0.0, f32::min))
+        let mut least = [0.0; P];
+        for (p, least) in least.iter_mut().enumerate() {
+            *least = forths[0].least[p].to_array().into_iter().fold(0.0, f32::min);
+        }
+        least
     }
 }
 
@@ -163,7 +167,7 @@ unsafe fn back<V: Lanes, N: Number<V>, F: Form, const P: usize, const FIRST: boo
             let mut slot = slots.add(i * N::PARTS * (1 + P) * LANES);
             let link = s.link;
             s.link = N::load(slot);
-            for p in 0..P {
+            for (p, &lower) in lower.iter().enumerate() {
                 slot = slot.add(N::PARTS * LANES);
                 s.values[p] = N::back(link, N::load(slot), s.values[p], k.zero);
                 let mut keeps = [k.zero; 2];
@@ -177,7 +181,7 @@ unsafe fn back<V: Lanes, N: Number<V>, F: Form, const P: usize, const FIRST: boo
                     }
                 }
                 fields = F::result::<V, N, FIRST>(s.values[p], keeps, fields, k);
-                fields[0] = fields[0].max(lower[p]);
+                fields[0] = fields[0].max(lower);
                 for (field, value) in fields.into_iter().enumerate().take(F::OUT) {
                     value.store(to.fields[p][field].add(i * to.stride));
                 }

@@ -11,8 +11,14 @@ use super::scheme::{FIELDS, Scheme};
 use pullfocus_core::diffusion::Solver;
 use pullfocus_core::{Cancel, Error, Result, Size};
 
-/// Unknowns that go through the buffer at a time.
-pub(super) const CHUNK: usize = LANES;
+/// Unknowns of a row that are brought at a time: four cache lines, which the hardware's prefetchers like.
+const ROW_CHUNK: usize = 4 * LANES;
+
+/// Unknowns of a column that are brought at a time; each lies in another page.
+const COLUMN_CHUNK: usize = LANES;
+
+/// How far ahead rows are asked for, in pixels.
+const AHEAD: usize = 2 * LANES;
 
 /// The lines of one axis.
 #[derive(Debug, Clone, Copy)]
@@ -25,19 +31,35 @@ pub(super) struct Lines {
     pub along: usize,
     /// From one line to the next in memory.
     pub across: usize,
+    /// Unknowns brought at a time.
+    pub chunk: usize,
     /// Lines in the first strip, so that the others start on a cache line; 0 for a full one.
     pub first: usize,
 }
 
 impl Lines {
     pub fn rows(size: Size) -> Self {
-        Self { unknowns: size.width, lines: size.height, along: 1, across: size.width, first: 0 }
+        Self {
+            unknowns: size.width,
+            lines: size.height,
+            along: 1,
+            across: size.width,
+            chunk: ROW_CHUNK,
+            first: 0,
+        }
     }
 
     /// The columns of a picture whose first plane is at `at`.
     pub fn columns(size: Size, at: *const f32) -> Self {
         let first = if size.width.is_multiple_of(LANES) { at.align_offset(64) % LANES } else { 0 };
-        Self { unknowns: size.height, lines: size.width, along: size.width, across: 1, first }
+        Self {
+            unknowns: size.height,
+            lines: size.width,
+            along: size.width,
+            across: 1,
+            chunk: COLUMN_CHUNK,
+            first,
+        }
     }
 
     /// How many strips there are.
@@ -175,14 +197,14 @@ pub(super) struct Outputs<const P: usize> {
 pub(super) struct Bench<'a, const P: usize> {
     pub pass: &'a Pass<'a, P>,
     strip: Strip,
-    /// 2 rows of constants, then CHUNK rows of buffer for each field, circle and gamma, then the solver's own.
+    /// 2 rows of constants, then a chunk of buffer for each field, circle and gamma, then the solver's own.
     memory: *mut f32,
 }
 
 const CONSTANTS: usize = 2;
 
 impl<'a, const P: usize> Bench<'a, P> {
-    const OWN: usize = CONSTANTS + (P * FIELDS + 2) * CHUNK;
+    const OWN: usize = CONSTANTS + (P * FIELDS + 2) * ROW_CHUNK;
 
     /// Takes memory for itself and for `rows` rows of the solver.
     pub fn new(pass: &'a Pass<'a, P>, strip: Strip, scratch: &mut Scratch, rows: usize) -> Result<Self> {
@@ -207,7 +229,7 @@ impl<'a, const P: usize> Bench<'a, P> {
     #[inline(always)]
     fn buffer(&self, which: usize) -> *mut f32 {
         // SAFETY: within OWN rows.
-        unsafe { self.memory.add((CONSTANTS + which * CHUNK) * LANES) }
+        unsafe { self.memory.add((CONSTANTS + which * ROW_CHUNK) * LANES) }
     }
 
     /// Whether strips lie in memory as the solver wants them.
@@ -222,7 +244,7 @@ impl<'a, const P: usize> Bench<'a, P> {
         self.strip.line * self.pass.lines.across + i * self.pass.lines.along
     }
 
-    /// The inputs of unknowns `start..start + len`, `len` at most [`CHUNK`].
+    /// The inputs of unknowns `start..start + len`, `len` at most a chunk.
     ///
     /// # Safety
     /// The unknowns must be there, and the processor must have the instructions.
@@ -234,44 +256,57 @@ impl<'a, const P: usize> Bench<'a, P> {
             let constant = |row: usize| View { at: self.memory.add(row * LANES), stride: 0 };
             let view =
                 |plane: *const f32, which: usize| self.view::<V>(plane, start, len, self.buffer(which));
+            // No closures of Option or arrays around vectors: they would be compiled without the instructions.
             let mut fields = [[constant(0); FIELDS]; P];
-            for p in 0..P {
-                for field in 0..F::IN {
-                    fields[p][field] = view(pass.planes[p][field], p * FIELDS + field);
+            for (p, fields) in fields.iter_mut().enumerate() {
+                for (field, to) in fields.iter_mut().enumerate().take(F::IN) {
+                    *to = view(pass.planes[p][field], p * FIELDS + field);
                 }
             }
-            Inputs {
-                fields,
-                circle: pass.circle.map_or(constant(0), |c| view(c, P * FIELDS)),
-                gamma: pass.gamma.map_or(constant(1), |g| view(g, P * FIELDS + 1)),
-            }
+            let circle = match pass.circle {
+                Some(circle) => view(circle, P * FIELDS),
+                None => constant(0),
+            };
+            let gamma = match pass.gamma {
+                Some(gamma) => view(gamma, P * FIELDS + 1),
+                None => constant(1),
+            };
+            Inputs { fields, circle, gamma }
         }
     }
 
     #[inline(always)]
     unsafe fn view<V: Lanes>(&self, plane: *const f32, start: usize, len: usize, buffer: *mut f32) -> View {
         let Lines { unknowns, along, across, .. } = self.pass.lines;
-        // SAFETY: lines and unknowns of the strip are in the plane; the buffer has CHUNK rows.
+        // SAFETY: lines and unknowns of the strip are in the plane; the buffer has a row for each.
         unsafe {
             let from = plane.add(self.offset(start));
             if self.direct() {
-                for i in CHUNK..(2 * CHUNK).min(unknowns - start) {
+                for i in COLUMN_CHUNK..(2 * COLUMN_CHUNK).min(unknowns - start) {
                     V::prefetch(from.add(i * along));
                 }
                 return View { at: from, stride: along };
             }
-            if along == 1 && self.strip.lines == LANES && len == CHUNK {
-                let mut block = [V::splat(0.0); LANES];
-                for (l, row) in block.iter_mut().enumerate() {
-                    *row = V::load(from.add(l * across));
-                    V::prefetch(from.wrapping_add(l * across + 3 * LANES));
+            if along == 1 && self.strip.lines == LANES {
+                let whole = len - len % LANES;
+                for i in (0..whole).step_by(LANES) {
+                    let mut block = [V::splat(0.0); LANES];
+                    for (l, row) in block.iter_mut().enumerate() {
+                        *row = V::load(from.add(l * across + i));
+                        V::prefetch(from.wrapping_add(l * across + i + AHEAD));
+                    }
+                    V::transpose(&mut block);
+                    for (j, row) in block.iter().enumerate() {
+                        row.store(buffer.add((i + j) * LANES));
+                    }
                 }
-                V::transpose(&mut block);
-                for (i, row) in block.iter().enumerate() {
-                    row.store(buffer.add(i * LANES));
+                for i in whole..len {
+                    for l in 0..LANES {
+                        *buffer.add(i * LANES + l) = *from.add(i + l * across);
+                    }
                 }
             } else {
-                buffer.write_bytes(0, CHUNK * LANES);
+                buffer.write_bytes(0, len * LANES);
                 for i in 0..len {
                     for l in 0..self.strip.lines {
                         *buffer.add(i * LANES + l) = *from.add(i * along + l * across);
@@ -282,7 +317,7 @@ impl<'a, const P: usize> Bench<'a, P> {
         View { at: buffer, stride: LANES }
     }
 
-    /// Where to write the results of unknowns `start..`, up to CHUNK of them; [`Bench::written`] must follow.
+    /// Where to write the results of unknowns `start..`, up to a chunk of them; [`Bench::written`] must follow.
     #[inline(always)]
     pub fn outputs<V: Lanes, F: Form>(&self, start: usize) -> Outputs<P> {
         let along = self.pass.lines.along;
@@ -292,7 +327,7 @@ impl<'a, const P: usize> Bench<'a, P> {
                 if self.direct() {
                     // SAFETY: the strip's unknowns are in the plane.
                     *to = unsafe { self.pass.planes[p][field].add(self.offset(start)) };
-                    for i in 1..=CHUNK.min(start) {
+                    for i in 1..=COLUMN_CHUNK.min(start) {
                         V::prefetch(to.wrapping_sub(i * along));
                     }
                 } else {
@@ -328,14 +363,23 @@ impl<'a, const P: usize> Bench<'a, P> {
         // SAFETY: as in `view`.
         unsafe {
             let to = plane.add(self.offset(start));
-            if along == 1 && self.strip.lines == LANES && len == CHUNK {
-                let mut block = [V::splat(0.0); LANES];
-                for (i, row) in block.iter_mut().enumerate() {
-                    *row = V::load(buffer.add(i * LANES));
+            if along == 1 && self.strip.lines == LANES {
+                let whole = len - len % LANES;
+                for i in whole..len {
+                    for l in 0..LANES {
+                        *to.add(i + l * across) = *buffer.add(i * LANES + l);
+                    }
                 }
-                V::transpose(&mut block);
-                for (l, row) in block.iter().enumerate() {
-                    row.store(to.add(l * across));
+                for i in (0..whole).step_by(LANES).rev() {
+                    let mut block = [V::splat(0.0); LANES];
+                    for (j, row) in block.iter_mut().enumerate() {
+                        *row = V::load(buffer.add((i + j) * LANES));
+                    }
+                    V::transpose(&mut block);
+                    for (l, row) in block.iter().enumerate() {
+                        row.store(to.add(l * across + i));
+                        V::prefetch(to.wrapping_add(l * across + i).wrapping_sub(2 * AHEAD));
+                    }
                 }
             } else {
                 for i in 0..len {
@@ -391,8 +435,9 @@ impl Bench<'_, 1> {
     #[inline(always)]
     pub unsafe fn put_sum<V: Lanes, F: Form>(&self, sum: *const f32) {
         let n = self.pass.lines.unknowns;
-        for from in (0..n).step_by(CHUNK) {
-            let len = CHUNK.min(n - from);
+        let chunk = self.pass.lines.chunk;
+        for from in (0..n).step_by(chunk) {
+            let len = chunk.min(n - from);
             let to = self.outputs::<V, F>(from);
             // SAFETY: `outputs` has room for `len` unknowns; the sum is the caller's promise.
             unsafe {
