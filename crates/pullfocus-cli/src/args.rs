@@ -87,6 +87,9 @@ Examples:
   pullfocus demo -o /tmp/look --preset preview";
 
 const BENCH_EXAMPLES: &str = "\
+The copy reads and writes the bytes that one diffusion must touch; small sizes
+are copied within the processor's cache, large ones in memory.
+
 Examples:
   pullfocus bench
   pullfocus bench --size 3840x2160 --threads 4 --json";

@@ -89,7 +89,7 @@ pub fn parse(text: &str) -> std::result::Result<Options, String> {
             "keys are the long names of the options in 'pullfocus help render'".into(),
             |(_, key)| format!("did you mean '{key}'?"),
         );
-        return Err(format!("'{unknown}' is no option; {hint}"));
+        return Err(format!("'{}' is no option; {hint}", unknown.escape_debug()));
     }
     Ok(Options {
         files: group(text)?,
@@ -176,6 +176,8 @@ mod tests {
         assert!(named.contains("line 1") && named.contains("preview"), "{named}");
         assert!(error("f-stop = [").contains("line 1"));
         assert!(error("f-stop = nan").contains("line 1"));
+        assert!(!error("\"a\\nb\" = 1").contains('\n'));
+        assert!(!error("depth-unit = \"a\\nb\"").contains('\n'));
         assert!(!error("a = 1\nb = 'x\n'").contains('\n'));
     }
 

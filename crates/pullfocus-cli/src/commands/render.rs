@@ -13,7 +13,9 @@ use crate::storage;
 use pullfocus::Renderer;
 use pullfocus_core::{Cancel, Error};
 use pullfocus_io::FileError;
-use pullfocus_io::output::Need;
+use pullfocus_io::output::{Need, STALE_AFTER, clean_leftovers};
+use std::collections::BTreeSet;
+use std::path::Path;
 use std::time::Instant;
 
 /// Runs `render`.
@@ -95,6 +97,7 @@ fn all(
     for files in &job.frames {
         files.need(job.existing)?;
     }
+    sweep(job, console);
     let mut renderer = Renderer::new();
     console.start(job.frames.len());
     let mut camera_told = String::new();
@@ -119,6 +122,17 @@ fn all(
         reports.push(report);
     }
     Ok(())
+}
+
+/// Removes what killed runs have left beside the outputs.
+fn sweep(job: &Job, console: &Console) {
+    let folders: BTreeSet<&Path> = job.frames.iter().filter_map(|files| files.output.parent()).collect();
+    for folder in folders {
+        // What cannot be listed or removed stays; it is in nobody's way.
+        for leftover in clean_leftovers(folder, STALE_AFTER).unwrap_or_default() {
+            console.detail(format!("removed {}, left by a run that was killed", leftover.display()));
+        }
+    }
 }
 
 fn tell(report: &FrameReport, console: &Console) {
