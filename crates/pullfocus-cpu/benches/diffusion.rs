@@ -3,6 +3,9 @@
 //! `cargo bench -p pullfocus-cpu`; a filter may follow `--`, such as `1920x1080` or `copy`. Throughput is in unknowns:
 //! pixels x planes x 2 axes. Runs on all cores; `RAYON_NUM_THREADS=1` for one.
 
+// `criterion_group!` makes a public function without a page.
+#![allow(missing_docs)]
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::response::Rational;
