@@ -64,16 +64,14 @@ impl CocSettings {
         at_least_0("back", self.back)?;
         at_least_0("maximum circle of confusion", self.max_px.unwrap_or(0.0))?;
         at_least_0("maximum circle of confusion", self.max_width.unwrap_or(0.0))?;
-        if let Some([near, far]) = self.protect_m {
-            if !(near > 0.0 && near <= far) {
-                return Err(Error::Setting {
-                    name: "protected range",
-                    value: near,
-                    reason: "must start above 0 metres and end where it starts or beyond",
-                });
-            }
+        match self.protect_m {
+            Some([near, far]) if !(near > 0.0 && near <= far) => Err(Error::Setting {
+                name: "protected range",
+                value: near,
+                reason: "must start above 0 metres and end where it starts or beyond",
+            }),
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 

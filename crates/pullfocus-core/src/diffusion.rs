@@ -34,7 +34,7 @@ impl Calibration {
 }
 
 /// How the heat equation is followed through time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
     /// The papers' implicit step, this many times with beta divided by as much. One step's impulse response
@@ -48,13 +48,8 @@ pub enum Integrator {
     Rational(Rational),
     /// A rational function of both axes that spreads as a round aperture does, not as heat:
     /// [`crate::response::DiscResponse::LENS`]. Two complex solves per axis.
+    #[default]
     Disc,
-}
-
-impl Default for Integrator {
-    fn default() -> Self {
-        Self::Disc
-    }
 }
 
 /// Who solves the tridiagonal systems. All carry the row sum gamma instead of the diagonal, so nothing cancels.

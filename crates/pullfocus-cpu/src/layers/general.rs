@@ -35,6 +35,8 @@ const COLOR_NOISE: f32 = 0.05;
 const VARIANCE: f32 = 8.0;
 /// An edge pixel keeps at least this share of the layer that its depth names.
 const LEAST_SHARE: f32 = 0.4;
+/// From this share of a pixel on a layer shows the pixel's own colour, in a ramp from the fill's.
+const OWN_FROM: f32 = 0.2;
 /// Colour planes that decide over edges: R, G, B; further planes follow.
 const LEADING: usize = 3;
 /// Pixels that go through the joint pass at a time; some 60 rows of this fit the nearest cache.
@@ -312,7 +314,7 @@ impl Joint<'_> {
             let mut rest = *input;
             for layer in layers.iter_mut() {
                 for i in 0..BLOCK {
-                    let own = if layer.seen[i] > 0.0 { layer.behind[i] * (1.0 - edge[i]) } else { 0.0 };
+                    let own = smoothstep(layer.seen[i] / OWN_FROM) * layer.behind[i] * (1.0 - edge[i]);
                     let fill = layer.fills[p][i];
                     let color = fill + (input[i] - fill) * own;
                     layer.fills[p][i] = color;

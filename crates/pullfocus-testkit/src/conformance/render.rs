@@ -304,7 +304,10 @@ pub fn a_near_edge_is_soft_over_a_sharp_one(subject: &mut impl RenderSubject) {
 /// the second difference over time falls to a quarter with the step, at a kink to a half; at a jump it stays.
 pub fn a_focus_pull_has_no_jumps(subject: &mut impl RenderSubject) {
     let size = Size::new(96, 54);
-    let scene = busy(size);
+    let mut scene = busy(size);
+    // A part of a picture 960 pixels wide: in a picture of 96 pixels a tenth of a pixel is a long way, since what is a layer
+    // is measured in widths.
+    scene.frame.display.size = Size::new(960, 540);
     for settings in all_settings() {
         let mut worst = |step: f32| {
             let frames: Vec<Plane> = (0..(6.0 / step) as usize)
