@@ -14,6 +14,9 @@ use super::number::Number;
 use super::scheme::{FIELDS, MOST_TERMS};
 use super::strips::{Bench, Inputs, Outputs};
 
+/// After so many unknowns what has faded is set to 0, before it turns denormal and slow.
+const FLUSH: usize = 16;
+
 /// Rows of memory for lines of `n`.
 pub(super) fn rows<F: Form>(n: usize, planes: usize, parts: usize, terms: usize) -> usize {
     n * (terms * parts * (1 + planes) + planes * F::KEPT)
@@ -74,7 +77,7 @@ pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form, const P: usize>(
         let mut backs = [Back { link: start, values: [start; P] }; MOST_TERMS];
         for from in (0..n).step_by(chunk).rev() {
             let len = chunk.min(n - from);
-            let to = bench.outputs::<V, F>(from);
+            let to = bench.outputs::<F>(from);
             for (t, term) in terms.iter().enumerate() {
                 let k = Constants::new(pass.beta, term);
                 let mut lower = [V::splat(f32::NEG_INFINITY); P];
@@ -143,9 +146,11 @@ unsafe fn forth<V: Lanes, N: Number<V>, F: Form, const P: usize, const FIRST: bo
             s.weight = step.weight;
             s.circle = circle;
         }
-    }
-    for value in &mut s.values {
-        *value = value.flush(k.tiny, k.zero);
+        if i % FLUSH == FLUSH - 1 {
+            for value in &mut s.values {
+                *value = value.flush(k.tiny, k.zero);
+            }
+        }
     }
     *state = s;
 }
@@ -187,9 +192,11 @@ unsafe fn back<V: Lanes, N: Number<V>, F: Form, const P: usize, const FIRST: boo
                 }
             }
         }
-    }
-    for value in &mut s.values {
-        *value = value.flush(k.tiny, k.zero);
+        if i % FLUSH == 0 {
+            for value in &mut s.values {
+                *value = value.flush(k.tiny, k.zero);
+            }
+        }
     }
     *state = s;
 }

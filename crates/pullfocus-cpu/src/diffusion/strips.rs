@@ -277,14 +277,13 @@ impl<'a, const P: usize> Bench<'a, P> {
 
     #[inline(always)]
     unsafe fn view<V: Lanes>(&self, plane: *const f32, start: usize, len: usize, buffer: *mut f32) -> View {
-        let Lines { unknowns, along, across, .. } = self.pass.lines;
+        let Lines { along, across, .. } = self.pass.lines;
         // SAFETY: lines and unknowns of the strip are in the plane; the buffer has a row for each.
         unsafe {
             let from = plane.add(self.offset(start));
             if self.direct() {
-                for i in COLUMN_CHUNK..(2 * COLUMN_CHUNK).min(unknowns - start) {
-                    V::prefetch(from.add(i * along));
-                }
+                // Not asked for ahead: loads of sixteen rows at a time do not wait for each other anyway, and prefetches made
+                // large pictures slower.
                 return View { at: from, stride: along };
             }
             if along == 1 && self.strip.lines == LANES {
@@ -319,7 +318,7 @@ impl<'a, const P: usize> Bench<'a, P> {
 
     /// Where to write the results of unknowns `start..`, up to a chunk of them; [`Bench::written`] must follow.
     #[inline(always)]
-    pub fn outputs<V: Lanes, F: Form>(&self, start: usize) -> Outputs<P> {
+    pub fn outputs<F: Form>(&self, start: usize) -> Outputs<P> {
         let along = self.pass.lines.along;
         let mut fields = [[std::ptr::null_mut(); FIELDS]; P];
         for (p, fields) in fields.iter_mut().enumerate() {
@@ -327,9 +326,6 @@ impl<'a, const P: usize> Bench<'a, P> {
                 if self.direct() {
                     // SAFETY: the strip's unknowns are in the plane.
                     *to = unsafe { self.pass.planes[p][field].add(self.offset(start)) };
-                    for i in 1..=COLUMN_CHUNK.min(start) {
-                        V::prefetch(to.wrapping_sub(i * along));
-                    }
                 } else {
                     *to = self.buffer(p * FIELDS + field);
                 }
@@ -438,7 +434,7 @@ impl Bench<'_, 1> {
         let chunk = self.pass.lines.chunk;
         for from in (0..n).step_by(chunk) {
             let len = chunk.min(n - from);
-            let to = self.outputs::<V, F>(from);
+            let to = self.outputs::<F>(from);
             // SAFETY: `outputs` has room for `len` unknowns; the sum is the caller's promise.
             unsafe {
                 let lower = V::splat(self.pass.lower[0]);
