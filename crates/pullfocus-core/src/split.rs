@@ -124,18 +124,42 @@ impl Split {
     /// What layer `layer` has to do with a pixel at position `u`.
     #[inline(always)]
     pub fn membership(&self, layer: usize, u: f32) -> Membership {
+        self.ramps(layer).at(u)
+    }
+
+    /// The ramps of layer `layer`, for loops over pixels.
+    pub fn ramps(&self, layer: usize) -> Ramps {
+        /// Farther than any position.
+        const FAR: f32 = 1e30;
         let behind = match layer.checked_sub(1) {
             Some(nearer) => {
                 let cut = self.cuts[nearer];
-                smoothstep((u - (cut.at - cut.half - cut.overlap)) / cut.overlap)
+                [cut.at - cut.half - cut.overlap, 1.0 / cut.overlap]
             }
-            None => 1.0,
+            None => [-FAR, 1.0],
         };
-        let within = match self.cuts.get(layer) {
-            Some(cut) => 1.0 - smoothstep((u - cut.at) / (2.0 * cut.half) + 0.5),
-            None => 1.0,
+        let beyond = match self.cuts.get(layer) {
+            Some(cut) => [cut.at - cut.half, 0.5 / cut.half],
+            None => [FAR, 1.0],
         };
-        Membership { seen: behind * within, behind }
+        Ramps { behind, beyond }
+    }
+}
+
+/// Where one layer begins and ends: each ramp's start in u, and its steepness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramps {
+    behind: [f32; 2],
+    beyond: [f32; 2],
+}
+
+impl Ramps {
+    /// What the layer has to do with a pixel at position `u`.
+    #[inline(always)]
+    pub fn at(&self, u: f32) -> Membership {
+        let behind = smoothstep((u - self.behind[0]) * self.behind[1]);
+        let beyond = smoothstep((u - self.beyond[0]) * self.beyond[1]);
+        Membership { seen: behind * (1.0 - beyond), behind }
     }
 }
 

@@ -23,7 +23,7 @@ use super::{census, over};
 use crate::rows::rows_of;
 use crate::wide;
 use crate::work::Work;
-use pullfocus_core::split::{Split, smoothstep};
+use pullfocus_core::split::{Ramps, Split, smoothstep};
 use pullfocus_core::{Picture, Plane, Result};
 use rayon::prelude::*;
 
@@ -157,10 +157,11 @@ impl Sources for Seen<'_> {
         let (values, coverage) = rows.split_at_mut(self.groups[0] + 1);
         let ([values @ .., weight], [seen, behind]) = (values, coverage) else { return };
         let edges = self.edges.strength.row(y);
+        let ramps = self.split.ramps(self.layer);
         for (((weight, (seen, behind)), &u), &edge) in
             weight.iter_mut().zip(seen.iter_mut().zip(behind)).zip(self.scale.row(y)).zip(edges)
         {
-            let membership = self.split.membership(self.layer, u);
+            let membership = ramps.at(u);
             let trust = 1.0 - edge * (1.0 - EDGE_TRUST);
             *weight = membership.seen * trust;
             *behind = membership.behind * trust;
@@ -235,6 +236,16 @@ impl LayerRows {
             at_far: [ZERO; 2],
             weight: ZERO,
         }
+    }
+}
+
+/// The memberships of a layer at positions `u`.
+#[inline(always)]
+fn members(ramps: &Ramps, u: &Row, seen: &mut Row, behind: &mut Row) {
+    for i in 0..BLOCK {
+        let membership = ramps.at(u[i]);
+        seen[i] = membership.seen;
+        behind[i] = membership.behind;
     }
 }
 
@@ -322,22 +333,18 @@ impl Joint<'_> {
                 }
             }
             for (layer, out) in layers.iter().zip(out.chunks_exact_mut(count + 2)) {
-                let mut premultiplied = ZERO;
-                for i in 0..BLOCK {
+                for (i, out) in out[p][x..x + n].iter_mut().enumerate() {
                     let color = layer.fills[p][i] + rest[i] * layer.weight[i] * squares[i];
-                    premultiplied[i] = color * layer.coverage[i];
+                    *out = color * layer.coverage[i];
                 }
-                out[p][x..x + n].copy_from_slice(&premultiplied[..n]);
             }
         }
         for (layer, out) in layers.iter().zip(out.chunks_exact_mut(count + 2)) {
             out[count][x..x + n].copy_from_slice(&layer.coverage[..n]);
-            let mut circle = ZERO;
-            for i in 0..BLOCK {
+            for (i, circle) in out[count + 1][x..x + n].iter_mut().enumerate() {
                 let own = layer.seen[i] * (1.0 - edge[i]);
-                circle[i] = layer.circle[i] + (c[i].abs() - layer.circle[i]) * own;
+                *circle = layer.circle[i] + (c[i].abs() - layer.circle[i]) * own;
             }
-            out[count + 1][x..x + n].copy_from_slice(&circle[..n]);
         }
     }
 
@@ -355,22 +362,15 @@ impl Joint<'_> {
         let position = |row: &Row| row.map(|c| self.split.position(c));
         let (near, far) = if on_edge { (position(near), position(far)) } else { (ZERO, ZERO) };
         for (row, filled) in layers.iter_mut().zip(self.filled) {
-            let bring = |plane: &Plane, out: &mut Row| enlarge_row(plane, self.step, y, x, &mut out[..n]);
             for (fill, plane) in row.fills.iter_mut().zip(&filled.colors) {
-                bring(plane, fill);
+                enlarge_row(plane, self.step, y, x, &mut fill[..n]);
             }
-            bring(&filled.circle, &mut row.circle);
-            let member = |u: &Row, seen: &mut Row, behind: &mut Row| {
-                for i in 0..BLOCK {
-                    let membership = self.split.membership(filled.layer, u[i]);
-                    seen[i] = membership.seen;
-                    behind[i] = membership.behind;
-                }
-            };
-            member(own, &mut row.seen, &mut row.behind);
+            enlarge_row(&filled.circle, self.step, y, x, &mut row.circle[..n]);
+            let ramps = self.split.ramps(filled.layer);
+            members(&ramps, own, &mut row.seen, &mut row.behind);
             match &filled.coverage {
                 Some(plane) if !filled.farthest => {
-                    bring(plane, &mut row.hidden);
+                    enlarge_row(plane, self.step, y, x, &mut row.hidden[..n]);
                     for i in 0..BLOCK {
                         row.coverage[i] = row.seen[i] + (1.0 - row.behind[i]) * row.hidden[i];
                     }
@@ -381,16 +381,16 @@ impl Joint<'_> {
                 }
             }
             if on_edge {
-                bring(&filled.squares, &mut row.variance);
+                enlarge_row(&filled.squares, self.step, y, x, &mut row.variance[..n]);
                 let share = 1.0 / self.leading.max(1) as f32;
                 for i in 0..BLOCK {
                     let mean: f32 = row.fills[..self.leading].iter().map(|fill| fill[i]).sum::<f32>() * share;
                     row.variance[i] = (row.variance[i] - mean * mean).max(0.0) * self.leading as f32;
                 }
                 let [seen, behind] = &mut row.at_near;
-                member(&near, seen, behind);
+                members(&ramps, &near, seen, behind);
                 let [seen, behind] = &mut row.at_far;
-                member(&far, seen, behind);
+                members(&ramps, &far, seen, behind);
             }
         }
     }
