@@ -84,7 +84,7 @@ Examples:
 const DEMO_EXAMPLES: &str = "\
 Examples:
   pullfocus demo
-  pullfocus demo -o /tmp/look --preset preview";
+  pullfocus demo -o look --preset preview";
 
 const BENCH_EXAMPLES: &str = "\
 The copy reads and writes the bytes that one diffusion must touch; small sizes

@@ -182,7 +182,7 @@ impl Sources for Seen<'_> {
             }
         }
         for (square, weight) in squares.iter_mut().zip(weight.iter()) {
-            *square *= *square * weight;
+            *square = *square * *square * weight;
         }
         for ((circle, c), weight) in circle.iter_mut().zip(self.coc.row(y)).zip(weight.iter()) {
             *circle = c.abs() * weight;
@@ -400,12 +400,12 @@ impl Joint<'_> {
     fn share(&self, layers: &[LayerRows], inputs: &[Row], [c, near, far]: [&Row; 3]) -> Row {
         let mut noise = ZERO;
         for layer in layers {
-            for i in 0..BLOCK {
-                noise[i] += layer.variance[i] * layer.at_near[0][i].max(layer.at_far[0][i]);
+            for (i, noise) in noise.iter_mut().enumerate() {
+                *noise += layer.variance[i] * layer.at_near[0][i].max(layer.at_far[0][i]);
             }
         }
         let (mut along, mut length, mut size) = (ZERO, ZERO, ZERO);
-        for p in 0..self.leading {
+        for (p, input) in inputs.iter().enumerate().take(self.leading) {
             let mut sides = [ZERO; 2];
             for (l, layer) in layers.iter().enumerate() {
                 for (side, at) in sides.iter_mut().zip([&layer.at_near, &layer.at_far]) {
@@ -419,7 +419,7 @@ impl Joint<'_> {
             let [front, back] = sides;
             for i in 0..BLOCK {
                 let apart = front[i] - back[i];
-                along[i] += (inputs[p][i] - back[i]) * apart;
+                along[i] += (input[i] - back[i]) * apart;
                 length[i] += apart * apart;
                 size[i] += front[i] * front[i] + back[i] * back[i];
             }
