@@ -198,7 +198,7 @@ impl Census {
     }
 
     /// Counts a pair of neighbours at positions `a` and `b`, whose diameters differ by `step` units
-    /// ([`unit`]): steps below 1 are no edge, from 4 on they count wholly.
+    /// ([`unit()`]): steps below 1 are no edge, from 4 on they count wholly.
     pub fn pair(&mut self, a: f32, b: f32, step: f32) {
         let weight = f64::from(((step - 1.0) / 3.0).clamp(0.0, 1.0));
         if weight > 0.0 {
