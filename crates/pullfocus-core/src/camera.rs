@@ -154,7 +154,7 @@ fn f_stop_ok(f_stop: f64) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plane::Size;
+    use crate::size::Size;
 
     fn frame() -> Frame {
         Frame::full(Size::new(1920, 1080))

@@ -3,7 +3,6 @@
 //! Diameters are counted in pixels of width; where pixels are not square, heights follow from
 //! [`crate::Frame::vertical_scale`].
 
-use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use serde::{Deserialize, Serialize};
@@ -90,13 +89,11 @@ pub struct CocCurve {
 }
 
 impl CocCurve {
-    /// The curve of `camera` over `frame`.
+    /// The curve of a camera's `formula` ([`crate::Camera::circle_of_confusion`]) over `frame`.
     ///
     /// # Errors
     /// [`Error::Setting`] from [`CocSettings::check`].
-    pub fn new(camera: &Camera, frame: &Frame, settings: &CocSettings) -> Result<Self> {
-        settings.check()?;
-        let formula = camera.circle_of_confusion(frame);
+    pub fn new(formula: CocFormula, frame: &Frame, settings: &CocSettings) -> Result<Self> {
         let protect = settings.protect_m.map(|range| range.map(|z| formula.diameter(z)));
         Ok(Self { formula, protect, ..Self::limits(frame, settings)? })
     }
@@ -144,12 +141,13 @@ impl CocCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::Lens;
-    use crate::plane::Size;
+    use crate::size::Size;
 
+    /// A lens of 20 mm aperture with a field of view of 40 degrees, focused at 2 m, over 1000 pixels.
     fn curve(settings: &CocSettings) -> CocCurve {
-        let lens = Lens::Ideal { fov_x_degrees: 40.0, aperture_diameter_m: 0.02 };
-        CocCurve::new(&Camera::new(lens, 2.0).unwrap(), &Frame::full(Size::new(1000, 500)), settings).unwrap()
+        let metre_pixels = 0.02 * 1000.0 / (2.0 * 20f64.to_radians().tan());
+        let formula = CocFormula { at_infinity: metre_pixels / 2.0, metre_pixels };
+        CocCurve::new(formula, &Frame::full(Size::new(1000, 500)), settings).unwrap()
     }
 
     #[test]

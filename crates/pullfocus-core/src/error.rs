@@ -1,6 +1,6 @@
 //! What can go wrong, said with its numbers.
 
-use crate::plane::Size;
+use crate::size::Size;
 
 /// A result whose error is [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;

@@ -1,6 +1,6 @@
 //! Where a picture's pixels lie: display window, data window, pixel aspect, screen window.
 
-use crate::plane::Size;
+use crate::size::Size;
 
 /// A rectangle of pixels: its first column and row, and its size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -24,6 +24,7 @@ pub mod report;
 pub mod response;
 pub mod scene;
 pub mod settings;
+pub mod size;
 pub mod split;
 pub mod srgb;
 
@@ -36,7 +37,8 @@ pub use error::{Error, Result};
 pub use frame::{Frame, Window};
 pub use layers::Layering;
 pub use picture::Picture;
-pub use plane::{Plane, Size};
+pub use plane::Plane;
 pub use report::Report;
 pub use scene::{Distance, Element, Scene};
 pub use settings::{Preset, Settings};
+pub use size::Size;

@@ -1,7 +1,8 @@
 //! Colour: any number of linear, premultiplied planes and perhaps alpha.
 
 use crate::error::Result;
-use crate::plane::{Plane, Size};
+use crate::plane::Plane;
+use crate::size::Size;
 
 /// Colour planes of one size that all go through the same lens.
 ///

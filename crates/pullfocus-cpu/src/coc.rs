@@ -32,7 +32,7 @@ pub fn circle_of_confusion(
         Distance::Depth { plane, decoding } => {
             decoding.check()?;
             let camera = camera.ok_or(Error::NoCamera)?;
-            let curve = CocCurve::new(camera, frame, settings)?;
+            let curve = CocCurve::new(camera.circle_of_confusion(frame), frame, settings)?;
             coc.resize(plane.size())?;
             if decoding.kind == DepthKind::Planar && decoding.far_clip_m.is_none() {
                 return planar(plane, decoding, &curve, cancel, coc);
@@ -100,7 +100,7 @@ mod tests {
         let distance = Distance::Depth { plane: Plane::new(size, values.to_vec()).unwrap(), decoding };
         let mut coc = Plane::default();
         circle_of_confusion(&frame, &distance, Some(&camera), &settings, &Cancel::new(), &mut coc).unwrap();
-        let curve = CocCurve::new(&camera, &frame, &settings).unwrap();
+        let curve = CocCurve::new(camera.circle_of_confusion(&frame), &frame, &settings).unwrap();
         for (x, &value) in values.iter().enumerate() {
             let expected = curve.diameter(decoding.to_metres(value, || [0.0, 0.0]));
             assert_eq!(coc.at(x, 0), expected, "{value}");
