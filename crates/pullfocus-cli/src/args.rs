@@ -2,6 +2,7 @@
 
 use crate::config::Options;
 use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
+use crate::values::BenchSize;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -244,7 +245,7 @@ pub struct DemoArgs {
 pub struct BenchArgs {
     /// Sizes to measure
     #[arg(long, value_name = "WxH", value_delimiter = ',', default_value = "512x512,1024x1024,1920x1080")]
-    pub size: Vec<crate::commands::bench::BenchSize>,
+    pub size: Vec<BenchSize>,
     /// Least time spent on each figure, in seconds
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     pub seconds: f64,

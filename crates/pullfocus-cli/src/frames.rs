@@ -2,7 +2,7 @@
 
 use crate::config::Options;
 use crate::failure::{Failure, Result};
-use crate::job::Purpose;
+use crate::purpose::Purpose;
 use pullfocus_io::output::{Existing, Need, check_target};
 use pullfocus_io::sequence::{Frames, Pattern, Request, plan};
 use std::collections::BTreeMap;

@@ -5,22 +5,14 @@ use crate::config::Options;
 use crate::failure::{Failure, Result};
 use crate::frames::{self, FrameFiles};
 use crate::options::{BitsName, Lens};
-use crate::run::check_threads;
+use crate::purpose::Purpose;
 use crate::settings;
 use crate::storage;
+use crate::threads::check_threads;
 use pullfocus_core::{DepthDecoding, Settings};
 use pullfocus_io::images::Bits;
 use pullfocus_io::output::Existing;
 use pullfocus_io::{Limits, Selection};
-
-/// What a job is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Purpose {
-    /// `render`.
-    Render,
-    /// `coc`.
-    Coc,
-}
 
 /// A validated job.
 #[derive(Debug, Clone)]

@@ -1,5 +1,6 @@
 //! Values that people write in more than one way, on the command line and in a settings file alike.
 
+use pullfocus_core::Size;
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use std::fmt;
 use std::str::FromStr;
@@ -195,6 +196,29 @@ impl FromStr for Label {
     }
 }
 
+/// Width and height as `1920x1080`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BenchSize(pub Size);
+
+/// Frames above this many pixels are no quick table.
+const MOST_PIXELS: usize = 1 << 28;
+
+impl FromStr for BenchSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let size = text.split_once(['x', 'X', '*']).and_then(|(width, height)| {
+            Some(Size::new(width.trim().parse().ok()?, height.trim().parse().ok()?))
+        });
+        match size {
+            Some(size) if (1..=MOST_PIXELS).contains(&size.area()) => Ok(Self(size)),
+            _ => Err(format!(
+                "'{text}' is no size; write width and height such as 1920x1080, up to 16384x16384"
+            )),
+        }
+    }
+}
+
 from_text!(Number, Unit, Largest, Range, Names, Label);
 
 #[cfg(test)]
@@ -211,6 +235,14 @@ mod tests {
         assert_eq!("inf".parse(), Ok(Number(f64::INFINITY)));
         assert_eq!("1.5, 3".parse(), Ok(Range([1.5, 3.0])));
         assert_eq!("a, b,".parse(), Ok(Names(vec!["a".into(), "b".into()])));
+    }
+
+    #[test]
+    fn sizes_to_measure_are_read() {
+        assert_eq!("1920x1080".parse(), Ok(BenchSize(Size::new(1920, 1080))));
+        for text in ["1920", "0x5", "axb", "99999x99999", "18446744073709551615x2"] {
+            assert!(text.parse::<BenchSize>().is_err(), "{text}");
+        }
     }
 
     #[test]

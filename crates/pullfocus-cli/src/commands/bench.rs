@@ -3,7 +3,8 @@
 use crate::args::BenchArgs;
 use crate::console::print_line;
 use crate::failure::{Failure, Result};
-use crate::run::in_pool;
+use crate::threads::in_pool;
+use crate::values::BenchSize;
 use pullfocus::Renderer;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
@@ -11,31 +12,7 @@ use pullfocus_core::{
     Scene, Settings, Size,
 };
 use serde::Serialize;
-use std::str::FromStr;
 use std::time::{Duration, Instant};
-
-/// Width and height as `1920x1080`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BenchSize(pub Size);
-
-/// Frames above this many pixels are no quick table.
-const MOST_PIXELS: usize = 1 << 28;
-
-impl FromStr for BenchSize {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let size = text.split_once(['x', 'X', '*']).and_then(|(width, height)| {
-            Some(Size::new(width.trim().parse().ok()?, height.trim().parse().ok()?))
-        });
-        match size {
-            Some(size) if (1..=MOST_PIXELS).contains(&size.area()) => Ok(Self(size)),
-            _ => Err(format!(
-                "'{text}' is no size; write width and height such as 1920x1080, up to 16384x16384"
-            )),
-        }
-    }
-}
 
 /// One measured line.
 #[derive(Debug, Serialize)]
@@ -240,14 +217,6 @@ fn circles_up_to(size: Size, largest: f32) -> Result<Plane> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sizes_are_read() {
-        assert_eq!("1920x1080".parse(), Ok(BenchSize(Size::new(1920, 1080))));
-        for text in ["1920", "0x5", "axb", "99999x99999", "18446744073709551615x2"] {
-            assert!(text.parse::<BenchSize>().is_err(), "{text}");
-        }
-    }
 
     #[test]
     fn frames_reach_the_circle_they_are_made_for() {

@@ -4,7 +4,8 @@
 //! Movie Render Queue and Redshift are known to write. A distance in units of the scene is not taken for
 //! metres: it becomes a note.
 
-use crate::exr::container::{Part, RawAttribute, latin1};
+use crate::exr::container::{Part, RawAttribute};
+use crate::exr::text::latin1;
 use pullfocus_core::depth::NOTHING_FROM;
 use serde::Serialize;
 

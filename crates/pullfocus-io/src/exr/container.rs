@@ -7,6 +7,7 @@
 //! which the crate does not read. Layout: "OpenEXR File Layout" of the OpenEXR project.
 
 use crate::error::{FileError, FileResult};
+use crate::exr::text::{latin1, printable, shown};
 use crate::limits::Limits;
 use exr::block::chunk::TileCoordinates;
 use exr::math::Vec2;
@@ -85,22 +86,6 @@ impl RawAttribute {
         out.extend((self.bytes.len() as u32).to_le_bytes());
         out.extend(&self.bytes);
     }
-}
-
-/// Text of a file for people: UTF-8 where it is that, else Latin-1, and nothing that moves a terminal's cursor.
-pub(crate) fn shown(bytes: &[u8]) -> String {
-    let text = std::str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned);
-    printable(&text)
-}
-
-/// The text with control characters replaced.
-pub(crate) fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
-}
-
-/// Text of a file, one char a byte: every byte survives.
-pub(crate) fn latin1(bytes: &[u8]) -> String {
-    bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
 impl Part {

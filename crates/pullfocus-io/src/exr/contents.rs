@@ -1,9 +1,10 @@
 //! What is in a file, for people and for machines.
 
 use crate::exr::camera::FoundCamera;
-use crate::exr::container::{Part, RawAttribute, printable, shown};
+use crate::exr::container::{Part, RawAttribute};
 use crate::exr::names::Catalogue;
 use crate::exr::selection::SampleType;
+use crate::exr::text::{printable, shown, texts};
 use exr::compression::Compression;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{LevelMode, LineOrder};
@@ -248,17 +249,4 @@ fn describe(attribute: &RawAttribute) -> AttributeContents {
         value = value.chars().take(MOST).chain("…".chars()).collect();
     }
     AttributeContents { name: printable(&attribute.name), kind: printable(&attribute.kind), value }
-}
-
-/// The texts of a `stringvector`; stops where its sizes do not fit.
-pub(crate) fn texts(bytes: &[u8]) -> Vec<String> {
-    let mut rest = bytes;
-    let mut texts = Vec::new();
-    while let Some((size, after)) = rest.split_first_chunk::<4>() {
-        let Ok(size) = usize::try_from(i32::from_le_bytes(*size)) else { break };
-        let Some(text) = after.get(..size) else { break };
-        texts.push(shown(text));
-        rest = &after[size..];
-    }
-    texts
 }

@@ -26,6 +26,7 @@ mod names;
 mod pixels;
 mod selection;
 mod simple;
+mod text;
 mod write;
 
 pub use camera::{Found, FoundCamera};

@@ -4,9 +4,9 @@
 //! before the last names the view ("left.R", "diffuse.left.R"), and channels without a dot belong to the
 //! first view (OpenEXR's multi-view naming); in files of several parts the `view` attribute does.
 
-use crate::exr::container::{Container, shown};
-use crate::exr::contents::texts;
+use crate::exr::container::Container;
 use crate::exr::selection::SampleType;
+use crate::exr::text::{shown, texts};
 
 /// One channel and what its name says.
 #[derive(Debug, Clone, PartialEq)]

@@ -145,7 +145,7 @@ fn header(
             continue;
         }
         // Names are held one char a byte.
-        let name = crate::exr::container::latin1(name.as_bytes());
+        let name = crate::exr::text::latin1(name.as_bytes());
         let (kind, bytes) = match value {
             AttributeValue::Text(text) => ("string", text.as_bytes().to_vec()),
             AttributeValue::Float(value) => ("float", value.to_le_bytes().to_vec()),
