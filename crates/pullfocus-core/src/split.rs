@@ -252,11 +252,12 @@ impl Census {
         let density = smooth(&pixels, PLACE_DEVIATION);
         let unit = f64::from(unit(display_width));
         let knee64 = f64::from(knee);
+        let mut before = f64::NEG_INFINITY;
         let cuts = centres
             .windows(2)
             .map(|pair| {
                 let (a, b) = (pair[0], pair[1]);
-                let (middle, width) = (0.5 * (a + b), (b - a).max(1e-3));
+                let (middle, width) = (0.5 * (a + b), (b - a).max(LEAST_WINDOW));
                 let (mut mass, mut moment) = (0.0, 0.0);
                 for bin in 0..BINS {
                     let u = bin_centre(bin);
@@ -266,7 +267,8 @@ impl Census {
                     mass += weight;
                     moment += weight * u;
                 }
-                let at = if mass > 1e-12 { moment / mass } else { middle };
+                let at = (if mass > 1e-12 { moment / mass } else { middle }).max(before);
+                before = at;
                 // du/dc at the cut: a ramp at least half a unit of diameter wide.
                 let slope = 1.0 / (1.0 + at.sinh().powi(2)).sqrt() / knee64;
                 let half = (0.1 * (b - a)).max(0.25 * unit * slope);
@@ -282,6 +284,10 @@ impl Census {
 /// cell to the next pulls its centre along at once) and for the places of cuts.
 const WEIGHTS_DEVIATION: f64 = 0.15;
 const PLACE_DEVIATION: f64 = 0.06;
+
+/// A cut is looked for at least this far around, also where two centres lie in one and the same thing: it then joins the
+/// next cut beside that thing instead of going through it.
+const LEAST_WINDOW: f64 = 1.0;
 
 /// How much all pixels weigh beside those at depth edges.
 const ALL_PIXELS: f64 = 0.1;

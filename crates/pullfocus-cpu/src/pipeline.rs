@@ -67,7 +67,13 @@ impl Renderer {
             }
             Ok(())
         })?;
-        work.report.coc_range = range(&self.coc, cancel)?;
+        let mut coc_range = range(&self.coc, cancel)?;
+        let in_focus = coc_range == [0.0, 0.0];
+        if foreground.is_some() {
+            let [low, high] = range(&self.foreground_coc, cancel)?;
+            coc_range = [coc_range[0].min(low), coc_range[1].max(high)];
+        }
+        work.report.coc_range = coc_range;
 
         match settings.layering {
             Layering::Single => {
@@ -79,6 +85,8 @@ impl Renderer {
                 let threshold = threshold as f32 * work.display_width;
                 layers::blur_over_background(&mut work, &mut base.picture, &self.coc, layers, threshold)?;
             }
+            // All in focus: the picture itself, to the last bit.
+            Layering::General { .. } if in_focus => {}
             Layering::General { layers } => {
                 layers::blur_layers(&mut work, &mut base.picture, &self.coc, layers)?;
             }

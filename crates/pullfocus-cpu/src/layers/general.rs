@@ -61,8 +61,7 @@ struct Filled {
 /// Blurs `picture` in at most `layers` layers.
 pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, layers: u32) -> Result<()> {
     let size = picture.size();
-    if size.area() == 0 || work.report.coc_range == [0.0, 0.0] {
-        // All in focus: the picture itself, to the last bit.
+    if size.area() == 0 {
         return Ok(());
     }
     let leading = picture.colors.len().min(LEADING);
@@ -322,19 +321,39 @@ impl Joint<'_> {
             *square = 1.0 / square.max(1e-6);
         }
         for (p, input) in inputs.iter().enumerate() {
-            let mut rest = *input;
+            let mut sum = ZERO;
             for layer in layers.iter_mut() {
                 for i in 0..BLOCK {
                     let own = smoothstep(layer.seen[i] / OWN_FROM) * layer.behind[i] * (1.0 - edge[i]);
                     let fill = layer.fills[p][i];
                     let color = fill + (input[i] - fill) * own;
                     layer.fills[p][i] = color;
-                    rest[i] -= layer.weight[i] * color;
+                    sum[i] += layer.weight[i] * color;
                 }
+            }
+            // What is missing is added, what is too much taken away as far as no layer becomes negative by it; the rest
+            // of that is scaled away.
+            let mut rest = ZERO;
+            for i in 0..BLOCK {
+                rest[i] = (input[i] - sum[i]) * squares[i];
+            }
+            let (mut part, mut scale) = ([1f32; BLOCK], [1f32; BLOCK]);
+            for layer in layers.iter() {
+                for i in 0..BLOCK {
+                    let taken = -rest[i] * layer.weight[i];
+                    let there = layer.fills[p][i].max(0.0);
+                    let limit = if taken > there && input[i] >= 0.0 { there / taken } else { 1.0 };
+                    part[i] = part[i].min(limit);
+                }
+            }
+            for i in 0..BLOCK {
+                let left = sum[i] + (input[i] - sum[i]) * part[i];
+                scale[i] = if part[i] < 1.0 && left > input[i] { input[i] / left } else { 1.0 };
+                rest[i] *= part[i];
             }
             for (layer, out) in layers.iter().zip(out.chunks_exact_mut(count + 2)) {
                 for (i, out) in out[p][x..x + n].iter_mut().enumerate() {
-                    let color = layer.fills[p][i] + rest[i] * layer.weight[i] * squares[i];
+                    let color = (layer.fills[p][i] + rest[i] * layer.weight[i]) * scale[i];
                     *out = color * layer.coverage[i];
                 }
             }
