@@ -279,6 +279,41 @@ pub fn foreground_light_is_kept(subject: &mut impl RenderSubject) {
     }
 }
 
+/// A white disc alone before nothing keeps its light through a focus pull, however its layers are cut: one surface must not
+/// lie in two layers that cover each other. (The first paper's background layer mixes two blurs, and keeps no sums.)
+pub fn one_thing_keeps_its_light(subject: &mut impl RenderSubject) {
+    let size = Size::new(160, 120);
+    let disc =
+        scenes::plane(size, |x, y| if (x as f32 - 79.5).hypot(y as f32 - 59.5) < 20.0 { 1.0 } else { 0.0 });
+    for settings in all_settings().into_iter().filter(|s| !matches!(s.layering, Layering::Background { .. }))
+    {
+        for step in 0..24 {
+            let own = -6.0 + 0.7 * step as f32;
+            let circle = scenes::plane(size, |x, y| if disc.at(x, y) > 0.0 { own } else { own + 9.0 });
+            let scene = scenes::by_circle(vec![disc.clone()], Some(disc.clone()), circle);
+            let rendered = run(subject, &scene, None, &settings);
+            let before = Grid::from_plane(&disc).sum();
+            let after = Grid::from_plane(&rendered.colors[0]).sum();
+            // Coverage cut at 1 where lobes overshoot, and negative lobes cut at 0, change sums a little.
+            assert!((after / before - 1.0).abs() < 0.02, "{settings:?}, {own} px: {before} became {after}");
+        }
+    }
+}
+
+/// Lights a thousand times brighter than what is around them, at depths of every kind, leave nothing negative.
+pub fn bright_lights_leave_nothing_negative(subject: &mut impl RenderSubject) {
+    let size = Size::new(96, 64);
+    let light = scenes::noise(size, 0.0, 1.0, 5);
+    let depth = scenes::noise(size, -12.0, 14.0, 6);
+    let color = scenes::plane(size, |x, y| if light.at(x, y) > 0.98 { 900.0 } else { 0.01 * light.at(x, y) });
+    for settings in all_settings() {
+        let scene = scenes::by_circle(vec![color.clone()], None, depth.clone());
+        let least =
+            run(subject, &scene, None, &settings).colors[0].data().iter().copied().fold(0.0, f32::min);
+        assert!(least >= 0.0, "{settings:?}: {least}");
+    }
+}
+
 /// A blurred near half over a sharp even one: with a foreground element within the Gaussian's distance from the disc of the
 /// exact answer; out of one picture with depth (general layers) soft as well.
 pub fn a_near_edge_is_soft_over_a_sharp_one(subject: &mut impl RenderSubject) {
