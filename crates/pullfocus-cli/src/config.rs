@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, Result};
 use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
+use crate::yielding;
 use clap::Args;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -26,9 +27,15 @@ pub struct Options {
 }
 
 impl Options {
-    /// These options, and where one is missing that of `below`.
+    /// These options, and where one is missing that of `below`, unless these exclude it.
     #[must_use]
-    pub fn over(self, below: Self) -> Self {
+    pub fn over(self, mut below: Self) -> Self {
+        yielding::files(&mut below.files, &self.files);
+        yielding::distance((&mut below.files, &mut below.depth), (&self.files, &self.depth));
+        yielding::lens(&mut below.lens, &self.lens);
+        yielding::depth(&mut below.depth, &self.depth);
+        yielding::layering(&mut below.blur, &self.blur);
+        yielding::diffusion(&mut below.blur, &self.blur);
         Self {
             files: self.files.over(below.files),
             lens: self.lens.over(below.lens),

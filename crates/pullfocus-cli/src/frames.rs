@@ -5,7 +5,7 @@ use crate::failure::{Failure, Result};
 use crate::purpose::Purpose;
 use pullfocus_io::output::{Existing, Need, check_target};
 use pullfocus_io::sequence::{Frames, Pattern, Request, plan};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// The files of one frame.
@@ -113,6 +113,15 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
         Some(preview) => Some(planned_previews(&request, preview)?),
         None => None,
     };
+    if let Some(previews) = &previews {
+        let outputs: HashSet<PathBuf> = planned.iter().map(|frame| resolved(&frame.output)).collect();
+        if let Some(twice) = previews.iter().find(|preview| outputs.contains(&resolved(preview))) {
+            return Err(Failure::usage(format!(
+                "{}: -o and --preview-png name the same file; give the preview another name",
+                twice.display()
+            )));
+        }
+    }
     Ok(planned
         .into_iter()
         .enumerate()
@@ -130,6 +139,18 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
             }
         })
         .collect())
+}
+
+/// The path as the system goes it: through links, without `.` and `..`, whether or not the file is there.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(path) = path.canonicalize() {
+        return path;
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
 }
 
 fn planned_previews(request: &Request, preview: &Path) -> Result<Vec<PathBuf>> {

@@ -21,3 +21,4 @@ pub mod settings;
 pub mod storage;
 pub mod threads;
 pub mod values;
+pub mod yielding;

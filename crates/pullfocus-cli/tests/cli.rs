@@ -116,6 +116,21 @@ fn existing_outputs_are_kept_unless_told() {
 }
 
 #[test]
+fn a_preview_is_not_written_over_the_result() {
+    let folder = Folder::new();
+    let (input, output) = (folder.frame("in.exr", 1), folder.path("same.png"));
+    let spelled = format!("{}/./same.png", std::path::Path::new(&output).parent().unwrap().display());
+    for preview in [&output, &spelled] {
+        let arguments = ["render", &input, "-o", &output, "--preview-png", preview];
+        let error = refused(2, pullfocus([&arguments, &LENS[..]].concat()));
+        assert!(error.contains("same.png") && error.contains("--preview-png"), "{error}");
+        assert!(!folder.has("same.png"));
+    }
+    let other = folder.path("other.png");
+    ok(pullfocus([&["render", &input, "-o", &output, "--preview-png", &other], &LENS[..]].concat()));
+}
+
+#[test]
 fn the_result_is_the_same_for_any_number_of_threads() {
     let folder = Folder::new();
     let input = folder.frame("in.exr", 1);
@@ -180,6 +195,9 @@ fn a_settings_file_holds_the_options_and_flags_lie_over_it() {
     assert_eq!(from(&json), 4.0);
     assert!(json["settings"]["layering"]["general"].is_object(), "{}", json["settings"]);
     assert!(ok(pullfocus(["render", "--config", &settings, "--json=false"])).contains("layers"));
+    // Flags that exclude what the file says take its place.
+    let json = run(&["--fov-x", "40", "--aperture-diameter", "0.01"]);
+    assert_eq!(json["frames"][0]["camera"][1]["name"], "field of view", "{json}");
 
     fs::write(&settings, "f-stopp = 2").unwrap();
     let error = refused(2, pullfocus(["render", "--config", &settings]));

@@ -1,0 +1,211 @@
+//! What a settings file's options do where the command line's exclude them: they step back.
+//!
+//! A flag lies over the same option of the file; here, it also takes away what cannot go with it. What the command
+//! line alone or the file alone puts together wrongly stays as it is and is refused later.
+
+use crate::options::{Blur, Depth, DepthForm, Files, IntegratorName, LayeringName, Lens, SolverName};
+
+/// Circles of confusion take the place of depth, wherever it is.
+pub fn distance(file: (&mut Files, &mut Depth), flags: (&Files, &Depth)) {
+    if flags.1.coc_channel.is_some() {
+        file.0.depth_file = None;
+        file.1.depth_channel = None;
+    }
+    if flags.0.depth_file.is_some() || flags.1.depth_channel.is_some() {
+        file.1.coc_channel = None;
+    }
+}
+
+/// Replacing what is there, or keeping it.
+pub fn files(file: &mut Files, flags: &Files) {
+    if flags.overwrite == Some(true) {
+        file.resume = None;
+    }
+    if flags.resume == Some(true) {
+        file.overwrite = None;
+    }
+}
+
+/// The two forms of the aperture, and those of the angle.
+pub fn lens(file: &mut Lens, flags: &Lens) {
+    if flags.f_stop.is_some() {
+        file.aperture_diameter = None;
+    }
+    if flags.aperture_diameter.is_some() {
+        file.f_stop = None;
+    }
+    // Of field of view, focal length and sensor width any two may stand together.
+    let all_three = flags.fov_x.or(file.fov_x).is_some()
+        && flags.focal_length.or(file.focal_length).is_some()
+        && flags.sensor_width.or(file.sensor_width).is_some();
+    if !all_three {
+        return;
+    }
+    if flags.fov_x.is_none() {
+        if flags.focal_length.is_some() || flags.sensor_width.is_some() {
+            file.fov_x = None;
+        }
+    } else if flags.focal_length.is_some() {
+        file.sensor_width = None;
+    } else {
+        // The sensor stays: it makes a focal length of the field of view, which an f-stop needs.
+        file.focal_length = None;
+    }
+}
+
+/// A form of depth, and the details of the others.
+pub fn depth(file: &mut Depth, flags: &Depth) {
+    if let Some(form) = flags.depth {
+        if form != DepthForm::Disparity {
+            (file.depth_scale, file.depth_shift) = (None, None);
+        }
+        if form != DepthForm::Normalized {
+            (file.depth_near, file.depth_far, file.depth_invert) = (None, None, None);
+        }
+        if matches!(form, DepthForm::Disparity | DepthForm::Normalized) {
+            file.depth_unit = None;
+        }
+        return;
+    }
+    let disparity = flags.depth_scale.is_some() || flags.depth_shift.is_some();
+    let normalized =
+        flags.depth_near.is_some() || flags.depth_far.is_some() || flags.depth_invert == Some(true);
+    let excluded = match file.depth {
+        Some(DepthForm::Disparity) => normalized || flags.depth_unit.is_some(),
+        Some(DepthForm::Normalized) => disparity || flags.depth_unit.is_some(),
+        _ => false,
+    };
+    if excluded {
+        file.depth = None;
+        (file.depth_scale, file.depth_shift) = (None, None);
+        (file.depth_near, file.depth_far, file.depth_invert) = (None, None, None);
+    }
+}
+
+/// Which layers, and how many.
+pub fn layering(file: &mut Blur, flags: &Blur) {
+    // Said again, a layering changes nothing; another one has its own layers.
+    if flags.layering.is_some() && flags.layering != file.layering {
+        (file.layers, file.layer_threshold) = (None, None);
+    }
+    let single = file.layering == Some(LayeringName::Single);
+    let general = file.layering == Some(LayeringName::General);
+    if (flags.layers.is_some() && single) || (flags.layer_threshold.is_some() && (single || general)) {
+        file.layering = None;
+    }
+}
+
+/// Integrator and steps, solver and when it stops.
+pub fn diffusion(file: &mut Blur, flags: &Blur) {
+    if flags.integrator.is_some_and(|integrator| integrator != IntegratorName::BackwardEuler) {
+        file.steps = None;
+    }
+    if flags.steps.is_some() && file.integrator != Some(IntegratorName::BackwardEuler) {
+        file.integrator = None;
+    }
+    if flags.solver.is_some_and(|solver| solver != SolverName::Jacobi) {
+        (file.sweeps, file.tolerance) = (None, None);
+    }
+    if flags.sweeps.is_some() {
+        file.tolerance = None;
+    }
+    if flags.tolerance.is_some() {
+        file.sweeps = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::config::parse;
+    use crate::{camera, settings};
+
+    /// Flags over a file, which must say what `expected` says and must go together.
+    #[track_caller]
+    fn over(flags: &str, file: &str, expected: &str) {
+        let both = parse(flags).unwrap().over(parse(file).unwrap());
+        assert_eq!(both, parse(expected).unwrap(), "{flags} over {file}");
+        camera::check(&both.lens).unwrap();
+        settings::settings(&both.blur, &both.circle, &both.depth).unwrap();
+        settings::decoding(&both.depth).unwrap();
+    }
+
+    #[test]
+    fn integrator_and_solver() {
+        let euler = "integrator = 'backward-euler'\nsteps = 4";
+        over("integrator = 'disc'", euler, "integrator = 'disc'");
+        over("integrator = 'backward-euler'", euler, euler);
+        over("steps = 2", euler, "integrator = 'backward-euler'\nsteps = 2");
+        let preview = "preset = 'preview'\n";
+        over("steps = 2", &format!("{preview}integrator = 'rational'"), &format!("{preview}steps = 2"));
+        over("solver = 'lu'", "solver = 'jacobi'\nsweeps = 9", "solver = 'lu'");
+        over("sweeps = 9", "solver = 'jacobi'\ntolerance = 0.1", "solver = 'jacobi'\nsweeps = 9");
+        over("tolerance = 0.1", "solver = 'jacobi'\nsweeps = 9", "solver = 'jacobi'\ntolerance = 0.1");
+    }
+
+    #[test]
+    fn layers() {
+        let background = "layering = 'background'\nlayers = 3\nlayer-threshold = 0.02";
+        over("layering = 'single'", background, "layering = 'single'");
+        over("layering = 'general'", background, "layering = 'general'");
+        over("layering = 'background'", background, background);
+        over("layers = 4", "layering = 'single'", "layers = 4");
+        over("layering = 'single'", "layers = 4", "layering = 'single'");
+    }
+
+    #[test]
+    fn depth_forms() {
+        let disparity = "depth = 'disparity'\ndepth-scale = 2\ndepth-shift = 0.1";
+        let normalized = "depth = 'normalized'\ndepth-near = 1\ndepth-far = 9\ndepth-invert = true";
+        for form in ["planar", "ray", "inverse"] {
+            let flag = format!("depth = '{form}'");
+            over(&flag, disparity, &flag);
+            over(&flag, normalized, &flag);
+        }
+        over(disparity, normalized, disparity);
+        over(normalized, disparity, normalized);
+        over(disparity, "depth-unit = 'cm'", disparity);
+        over("depth-unit = 'cm'", normalized, "depth-unit = 'cm'");
+        let far = "depth = 'normalized'\ndepth-near = 1\ndepth-invert = true\ndepth-far = 5";
+        over("depth-far = 5", normalized, far);
+        over("coc-channel = 'coc'", "depth-channel = 'Z'\ndepth-file = 'z.png'", "coc-channel = 'coc'");
+        over("depth-channel = 'Z'", "coc-channel = 'coc'", "depth-channel = 'Z'");
+        over("depth-file = 'z.png'", "coc-channel = 'coc'", "depth-file = 'z.png'");
+    }
+
+    #[test]
+    fn lenses() {
+        let photo = "f-stop = 2\nfocal-length = 50\nsensor-width = 36";
+        over(
+            "fov-x = 40\naperture-diameter = 0.01",
+            photo,
+            "fov-x = 40\naperture-diameter = 0.01\nsensor-width = 36",
+        );
+        over("fov-x = 40", photo, "fov-x = 40\nf-stop = 2\nsensor-width = 36");
+        over("fov-x = 40\nfocal-length = 35", photo, "fov-x = 40\nf-stop = 2\nfocal-length = 35");
+        let ideal = "fov-x = 40\naperture-diameter = 0.01";
+        over(photo, ideal, photo);
+        over("f-stop = 4", ideal, "fov-x = 40\nf-stop = 4");
+        over(
+            "aperture-diameter = 0.02",
+            photo,
+            "aperture-diameter = 0.02\nfocal-length = 50\nsensor-width = 36",
+        );
+        let both = "fov-x = 40\nsensor-width = 36\nf-stop = 2";
+        over("focal-length = 50", both, photo);
+    }
+
+    #[test]
+    fn outputs_that_are_there() {
+        over("overwrite = true", "resume = true", "overwrite = true");
+        over("resume = true", "overwrite = true", "resume = true");
+        over("resume = false", "overwrite = true", "resume = false\noverwrite = true");
+    }
+
+    #[test]
+    fn flags_that_exclude_each_other_are_still_refused() {
+        let both = parse("f-stop = 2\naperture-diameter = 0.01").unwrap().over(parse("f-stop = 4").unwrap());
+        assert!(camera::check(&both.lens).is_err());
+        let both = parse("integrator = 'disc'\nsteps = 2").unwrap().over(parse("steps = 4").unwrap());
+        assert!(settings::settings(&both.blur, &both.circle, &both.depth).is_err());
+    }
+}
