@@ -426,6 +426,28 @@ fn a_file_cut_short_anywhere_is_an_error_or_a_picture_but_no_panic() {
 }
 
 #[test]
+fn a_jpeg_without_its_end_is_refused() {
+    let folder = Folder::new();
+    let picture = picture(3, false);
+    let whole = std::fs::read(save_as(&folder, "whole.jpg", &picture, None)).unwrap();
+    let read = |bytes: &[u8]| read_picture(&folder.file("cut.jpg", bytes), &Limits::default());
+    let scan = whole.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap();
+    for end in scan..whole.len() {
+        let said = read(&whole[..end]).unwrap_err().to_string();
+        assert!(said.contains("cut.jpg") && said.contains("damaged or incomplete"), "{end}: {said}");
+    }
+    // What cameras put behind the end is theirs, and a small picture's end within a segment is not the end.
+    let mut more = whole.clone();
+    more.extend(b"behind \xff\xda it");
+    assert!(read(&more).is_ok());
+    let mut within = whole[..2].to_vec();
+    within.extend(b"\xff\xe1\x00\x06\xff\xd8\xff\xd9");
+    within.extend(&whole[2..]);
+    assert!(read(&within).is_ok());
+    assert!(read(&within[..within.len() - 2]).is_err());
+}
+
+#[test]
 fn a_size_that_the_file_cannot_hold_is_refused_before_memory_is_taken() {
     let folder = Folder::new();
     // 30000 x 30000 in the header of a tiny file: width and height are the first eight bytes of IHDR.

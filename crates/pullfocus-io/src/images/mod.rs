@@ -17,6 +17,7 @@
 
 mod codec;
 mod encode;
+mod jpeg_end;
 mod orient;
 mod pfm;
 mod samples;
@@ -167,7 +168,8 @@ fn read(path: &Path, limits: &Limits) -> FileResult<Samples> {
     match format {
         Format::Pfm => pfm::read(&source, reader),
         Format::Tiff => tiff_file::read(&source, reader),
-        Format::Png | Format::Jpeg | Format::Hdr => codec::read(&source, reader),
+        Format::Jpeg => codec::read(&source, jpeg_end::check(&source, reader)?),
+        Format::Png | Format::Hdr => codec::read(&source, reader),
         Format::OpenExr => Err(FileError::unsupported(
             path,
             "this is an OpenEXR file",
