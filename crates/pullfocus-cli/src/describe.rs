@@ -1,5 +1,6 @@
 //! What is in an OpenEXR file, in lines for people, and the command to go on with.
 
+use crate::storage::{COC_ATTRIBUTE, COC_CHANNEL};
 use pullfocus_io::exr::{Contents, DepthContents, PartContents, WindowContents};
 use pullfocus_io::{Found, FoundCamera};
 use std::path::Path;
@@ -136,6 +137,10 @@ pub fn suggestion(path: &Path, contents: &Contents) -> Option<String> {
     if contents.beauty.is_none() {
         words.push("--channels LAYER".into());
     }
+    if holds_coc(contents) {
+        words.push(format!("--coc-channel {COC_CHANNEL}"));
+        return Some(words.join(" "));
+    }
     let chosen = contents.depth_channel.as_ref();
     let depth = contents.depth.iter().find(|depth| Some(&depth.channel) == chosen);
     if chosen.is_none() {
@@ -163,6 +168,14 @@ pub fn suggestion(path: &Path, contents: &Contents) -> Option<String> {
         words.push("--sensor-width 36".into());
     }
     Some(words.join(" "))
+}
+
+/// Whether `pullfocus coc` wrote this: circles of confusion take the place of depth and lens.
+fn holds_coc(contents: &Contents) -> bool {
+    contents.parts.iter().any(|part| {
+        part.attributes.iter().any(|attribute| attribute.name == COC_ATTRIBUTE)
+            && part.layers.iter().flat_map(|layer| &layer.channels).any(|channel| channel.name == COC_CHANNEL)
+    })
 }
 
 fn is_deep(part: &PartContents) -> bool {

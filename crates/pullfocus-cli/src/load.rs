@@ -104,6 +104,9 @@ fn load_single(
     let picture = std::mem::take(&mut loaded.picture);
     let (camera, decoding) = resolve(job, &loaded.camera, &name, &frame)?;
     let text = format!("{} of {}", distance.0.name, distance.1.display());
+    if camera.is_some() {
+        note_nothing(&distance.0, distance.1, decoding, warnings);
+    }
     let base = Element { picture, distance: to_distance(job, distance.0.plane, decoding) };
     Ok(LoadedFrame {
         scene: Scene::new(frame, base),
@@ -240,6 +243,19 @@ fn note_bits(job: &Job, path: &Path, bits: Option<u8>, warnings: &mut Vec<String
         warnings.push(format!(
             "{}: depth of {bits} bits is coarse, so the blur may change in steps",
             path.display()
+        ));
+    }
+}
+
+/// Depth in which nothing is there blurs all alike, as if it were infinitely far: seldom what is meant.
+fn note_nothing(depth: &NamedPlane, path: &Path, decoding: DepthDecoding, warnings: &mut Vec<String>) {
+    // Where a ray runs matters for the far clip alone, and then little: every pixel is taken for the middle one.
+    let there = |&value: &f32| decoding.to_metres(value, || [0.0, 0.0]).is_finite();
+    if !depth.plane.data().iter().any(there) {
+        warnings.push(format!(
+            "{}: nothing but \"nothing there\" in its depth ({}), so all of the picture counts as infinitely far; check --depth and --depth-channel",
+            path.display(),
+            depth.name
         ));
     }
 }

@@ -226,6 +226,11 @@ pub fn save(
     Ok(())
 }
 
+/// The channel that holds signed diameters of the circle of confusion in what [`save_with_coc`] writes.
+pub const COC_CHANNEL: &str = "coc";
+/// The attribute of a file that has it.
+pub const COC_ATTRIBUTE: &str = "pullfocus/coc";
+
 /// Writes colour and the circle of confusion as the float channel `coc`: what `render --coc-channel coc` takes.
 ///
 /// # Errors
@@ -248,12 +253,12 @@ pub fn save_with_coc(
         .zip(picture.planes())
         .zip(kinds)
         .map(|((name, plane), kind)| (name.as_str(), plane, kind))
-        .filter(|(name, ..)| *name != "coc")
+        .filter(|(name, ..)| *name != COC_CHANNEL)
         .collect();
-    planes.push(("coc", coc, SampleType::Float));
+    planes.push((COC_CHANNEL, coc, SampleType::Float));
     let note = "signed diameter of the circle of confusion in pixels, positive behind focus";
     let mut pending = PendingFile::create(output, existing)?;
-    write_exr(&mut pending, frame, &planes, &[("pullfocus/coc", AttributeValue::Text(note.into()))])?;
+    write_exr(&mut pending, frame, &planes, &[(COC_ATTRIBUTE, AttributeValue::Text(note.into()))])?;
     pending.commit()?;
     Ok(())
 }

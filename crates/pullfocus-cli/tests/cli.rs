@@ -355,6 +355,35 @@ fn circles_are_drawn_and_taken_back() {
     ok(pullfocus(["render", &exr, "-o", &by_coc, "--coc-channel", "coc"]));
     let text = ok(pullfocus(["compare", &by_depth, &by_coc]));
     assert!(text.contains("infinite"), "{text}");
+
+    let text = ok(pullfocus(["inspect", &exr]));
+    let suggested = text.lines().find(|line| line.contains("go on with")).unwrap();
+    assert!(suggested.ends_with("--coc-channel coc"), "{suggested}");
+    assert!(!ok(pullfocus(["inspect", &input])).contains("--coc-channel"));
+}
+
+#[test]
+fn depth_of_nothing_is_told() {
+    let folder = Folder::new();
+    let input = folder.frame("in.exr", 1);
+    let warnings = |flags: &[&str]| {
+        let output = folder.path("out.exr");
+        let arguments = ["render", &input, "-o", &output, "--json", "--overwrite"];
+        let json = ok(pullfocus([&arguments, &LENS[..], flags].concat()));
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        json["warnings"].as_array().unwrap().iter().map(|warning| format!("{warning}\n")).collect::<String>()
+    };
+    // Nearest is 1 m: beyond this far clip as the rest.
+    let told = warnings(&["--depth-far-clip", "0.5"]);
+    assert!(told.contains("its depth (Z)") && told.contains("--depth-channel"), "{told}");
+    let told = warnings(&["--depth", "disparity", "--depth-scale", "-1"]);
+    assert!(told.contains("its depth (Z)"), "{told}");
+    assert!(!warnings(&[]).contains("nothing"), "{}", warnings(&[]));
+    let stderr = pullfocus(
+        [&["render", &input, "-o", &folder.path("b.exr"), "--depth-far-clip", "0.5"], &LENS[..]].concat(),
+    )
+    .2;
+    assert!(stderr.contains("warning") && stderr.contains("nothing there"), "{stderr}");
 }
 
 #[test]
