@@ -49,14 +49,7 @@ impl Renderer {
         cancel.check()?;
         let mut report = Report::default();
         let Scene { frame, base, foreground } = scene;
-        let mut work = Work {
-            diffusion: settings.diffusion,
-            vertical_scale: frame.vertical_scale(),
-            display_width: frame.display_width() as f32,
-            cancel,
-            memory: &mut self.memory,
-            report: &mut report,
-        };
+        let mut work = Work::new(frame, settings, cancel, &mut self.memory, &mut report);
 
         work.stage("circle of confusion", |work| {
             make_numbers(&mut base.picture, cancel)?;
@@ -125,14 +118,7 @@ impl Renderer {
     ) -> Result<Report> {
         settings.check()?;
         let mut report = Report::default();
-        let mut work = Work {
-            diffusion: settings.diffusion,
-            vertical_scale: frame.vertical_scale(),
-            display_width: frame.display_width() as f32,
-            cancel,
-            memory: &mut self.memory,
-            report: &mut report,
-        };
+        let mut work = Work::new(frame, settings, cancel, &mut self.memory, &mut report);
         work.stage("circle of confusion", |work| circle(work, frame, distance, camera, settings, coc))?;
         report.coc_range = range(coc, cancel)?;
         Ok(report)

@@ -3,7 +3,7 @@
 use crate::diffusion::{Conductivity, DiffusionBuffers, Medium, diffuse};
 use crate::pool::PlanePool;
 use pullfocus_core::diffusion::Calibration;
-use pullfocus_core::{Cancel, Diffusion, Integrator, Plane, Report, Result, Solver};
+use pullfocus_core::{Cancel, Diffusion, Frame, Integrator, Plane, Report, Result, Settings, Solver};
 use std::time::Instant;
 
 /// Memory that stays from frame to frame.
@@ -38,7 +38,25 @@ const FILL: Diffusion = Diffusion {
     solver: Solver::Lu,
 };
 
-impl Work<'_> {
+impl<'a> Work<'a> {
+    /// The surroundings of a render of `frame`.
+    pub fn new(
+        frame: &Frame,
+        settings: &Settings,
+        cancel: &'a Cancel,
+        memory: &'a mut Memory,
+        report: &'a mut Report,
+    ) -> Self {
+        Self {
+            diffusion: settings.diffusion,
+            vertical_scale: frame.vertical_scale(),
+            display_width: frame.display_width() as f32,
+            cancel,
+            memory,
+            report,
+        }
+    }
+
     /// Blurs planes by the circle of confusion `circle` (its sign does not matter) with the method of the
     /// settings. Small negative lobes do not bring a plane below 0, nor below its own least value.
     pub fn blur(&mut self, planes: &mut [&mut Plane], circle: &Plane, gamma: Option<&Plane>) -> Result<()> {

@@ -42,6 +42,7 @@ pub fn find(work: &mut Work<'_>, coc: &Plane, split: &Split) -> Result<Edges> {
         })?;
     }
     let unit = unit(work.display_width);
+    let ramps: Vec<_> = (0..split.layers()).map(|layer| split.ramps(layer)).collect();
     for_each_row(&mut strength, work.cancel, |y, row| {
         for ((strength, &near), &far) in row.iter_mut().zip(near.row(y)).zip(far.row(y)) {
             let step = (far - near) / unit;
@@ -49,11 +50,8 @@ pub fn find(work: &mut Work<'_>, coc: &Plane, split: &Split) -> Result<Edges> {
                 0.0
             } else {
                 let (near, far) = (split.position(near), split.position(far));
-                let apart: f32 = (0..split.layers())
-                    .map(|layer| {
-                        (split.membership(layer, near).seen - split.membership(layer, far).seen).abs()
-                    })
-                    .sum();
+                let apart: f32 =
+                    ramps.iter().map(|ramps| (ramps.at(near).seen - ramps.at(far).seen).abs()).sum();
                 smoothstep((step - STEP[0]) / (STEP[1] - STEP[0])) * apart.min(1.0)
             };
         }

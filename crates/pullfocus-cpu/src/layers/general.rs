@@ -52,10 +52,8 @@ struct Filled {
     circle: Plane,
     /// Mean of the squared brightness.
     squares: Plane,
-    /// Coverage where it is hidden.
+    /// Coverage where it is hidden; none for the farthest, which covers everything.
     coverage: Option<Plane>,
-    /// The farthest covers everything.
-    farthest: bool,
 }
 
 /// Blurs `picture` in at most `layers` layers.
@@ -75,14 +73,15 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
         for layer in (0..split.layers()).rev() {
             let farthest = layer + 1 == split.layers();
             // The farthest covers everything: there is nothing to find out about its coverage.
-            let groups = [planes.len() + 2, 1];
+            let values = planes.len() + 2;
+            let groups: &[usize] = if farthest { &[values] } else { &[values, 1] };
             let (planes, split, scale, edges) = (&planes[..], &split, &scale, &edges);
             let seen = Seen { planes, leading, coc, split, scale, edges, layer, groups };
             let mut colors = fill(work, size, &seen)?;
-            let coverage = colors.pop();
+            let coverage = if farthest { None } else { colors.pop() };
             let squares = colors.pop().unwrap_or_default();
             let circle = colors.pop().unwrap_or_default();
-            filled.push(Filled { layer, colors, circle, squares, coverage, farthest });
+            filled.push(Filled { layer, colors, circle, squares, coverage });
         }
         Ok((split, scale, edges, filled))
     })?;
@@ -143,28 +142,31 @@ struct Seen<'a> {
     scale: &'a Plane,
     edges: &'a Edges,
     layer: usize,
-    groups: [usize; 2],
+    groups: &'a [usize],
 }
 
 impl Sources for Seen<'_> {
     fn groups(&self) -> &[usize] {
-        &self.groups
+        self.groups
     }
 
     #[inline(always)]
     fn weighted_rows(&self, y: usize, rows: &mut [Vec<f32>]) {
         let (values, coverage) = rows.split_at_mut(self.groups[0] + 1);
-        let ([values @ .., weight], [seen, behind]) = (values, coverage) else { return };
+        let [values @ .., weight] = values else { return };
         let edges = self.edges.strength.row(y);
         let ramps = self.split.ramps(self.layer);
-        for (((weight, (seen, behind)), &u), &edge) in
-            weight.iter_mut().zip(seen.iter_mut().zip(behind)).zip(self.scale.row(y)).zip(edges)
-        {
-            let membership = ramps.at(u);
-            let trust = 1.0 - edge * (1.0 - EDGE_TRUST);
-            *weight = membership.seen * trust;
-            *behind = membership.behind * trust;
-            *seen = membership.seen * *behind;
+        let trust = |edge: f32| 1.0 - edge * (1.0 - EDGE_TRUST);
+        for ((weight, &u), &edge) in weight.iter_mut().zip(self.scale.row(y)).zip(edges) {
+            *weight = ramps.at(u).seen * trust(edge);
+        }
+        if let [seen, behind] = coverage {
+            for (((seen, behind), &u), &edge) in seen.iter_mut().zip(behind).zip(self.scale.row(y)).zip(edges)
+            {
+                let membership = ramps.at(u);
+                *behind = membership.behind * trust(edge);
+                *seen = membership.seen * *behind;
+            }
         }
         let [values @ .., circle, squares] = values else { return };
         squares.fill(0.0);
@@ -388,13 +390,13 @@ impl Joint<'_> {
             let ramps = self.split.ramps(filled.layer);
             members(&ramps, own, &mut row.seen, &mut row.behind);
             match &filled.coverage {
-                Some(plane) if !filled.farthest => {
+                Some(plane) => {
                     enlarge_row(plane, self.step, y, x, &mut row.hidden[..n]);
                     for i in 0..BLOCK {
                         row.coverage[i] = row.seen[i] + (1.0 - row.behind[i]) * row.hidden[i];
                     }
                 }
-                _ => {
+                None => {
                     row.hidden = [1.0; BLOCK];
                     row.coverage = [1.0; BLOCK];
                 }
