@@ -12,13 +12,15 @@ import sys
 ALLOWED = {
     "pullfocus-core": set(),
     "pullfocus-cpu": {"pullfocus-core"},
-    "pullfocus": {"pullfocus-core", "pullfocus-cpu"},
+    "pullfocus-gpu": {"pullfocus-core"},
+    "pullfocus": {"pullfocus-core", "pullfocus-cpu", "pullfocus-gpu"},
     "pullfocus-io": {"pullfocus-core"},
     "pullfocus-metrics": {"pullfocus-core"},
     "pullfocus-cli": {"pullfocus", "pullfocus-core", "pullfocus-io", "pullfocus-metrics"},
     "pullfocus-testkit": {"pullfocus-core"},
     "pullfocus-bench": {
-        "pullfocus", "pullfocus-core", "pullfocus-cpu", "pullfocus-io", "pullfocus-metrics", "pullfocus-testkit",
+        "pullfocus", "pullfocus-core", "pullfocus-cpu", "pullfocus-gpu", "pullfocus-io", "pullfocus-metrics",
+        "pullfocus-testkit",
     },
 }
 PROGRAMS = {"pullfocus-cli", "pullfocus-bench"}

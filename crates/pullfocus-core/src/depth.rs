@@ -56,7 +56,39 @@ pub const HALF_MAX: f32 = 65504.0;
 /// From here on a distance means that nothing was hit (Blender writes 1e10, others 1e30 or infinity).
 pub const NOTHING_FROM: f32 = 1e9;
 
+/// Depth repair: an edge's step, as a part of the larger of its two values.
+pub const REPAIR_STEP: f32 = 0.1;
+/// Depth repair: a slope doubles its range from 3 to 5 pixels, an edge between plateaus keeps it; the border between the two.
+pub const REPAIR_SLOPE: f32 = 1.5;
+/// Depth repair: values within these parts of an edge's range are neither of the plateaus.
+pub const REPAIR_BLENDED: [f32; 2] = [0.08, 0.92];
+/// Depth repair: one row in so many is looked at to notice filtered depth; edges run through many rows.
+pub const REPAIR_NOTICE_STRIDE: usize = 16;
+
 impl DepthDecoding {
+    /// Values that mean "nothing there" as the farthest value, so that they can be a plateau beside an edge.
+    pub fn plateau(&self, value: f32) -> f32 {
+        match self.kind {
+            DepthKind::Planar | DepthKind::Ray => {
+                let nothing = !(value.abs() > 0.0 && value.abs() < NOTHING_FROM);
+                if nothing { NOTHING_FROM } else { value.abs() }
+            }
+            _ if value.is_finite() => value,
+            _ => 0.0,
+        }
+    }
+
+    /// A hardware depth buffer of a perspective projection with the depth `d = a + b / z`, z the distance in front of the
+    /// camera in metres: `near`..`far` to 0..1 has `a = far / (far - near)`, `b = -near far / (far - near)`; reversed-Z
+    /// swaps near and far; reversed with an infinite far plane has `a = 0`, `b = near`. A far plane's own value
+    /// (1, or 0 reversed) is the far plane's distance, infinity where that is infinite.
+    ///
+    /// A projection matrix in column-major order that puts `-z` into w (the usual, looking down the negative axis) has
+    /// `a = -m[2][2]`, `b = m[3][2]`.
+    pub fn hardware(a: f64, b: f64) -> Self {
+        Self { kind: DepthKind::Disparity { scale: 1.0 / b, shift: -a / b }, ..Self::default() }
+    }
+
     /// Refuses values outside their ranges.
     ///
     /// # Errors
@@ -191,6 +223,24 @@ mod tests {
         let clipped = DepthDecoding { far_clip_m: Some(1000.0), ..DepthDecoding::default() };
         assert_eq!(clipped.to_metres(999.95, || [0.0, 0.0]), f64::INFINITY);
         assert_eq!(clipped.to_metres(999.0, || [0.0, 0.0]), 999.0);
+    }
+
+    #[test]
+    fn hardware_depth_is_what_the_projection_says() {
+        let (near, far) = (0.1, 50.0);
+        let standard = DepthDecoding::hardware(far / (far - near), -near * far / (far - near));
+        let reversed = DepthDecoding::hardware(-near / (far - near), near * far / (far - near));
+        let infinite = DepthDecoding::hardware(0.0, near);
+        for z in [0.1, 1.0, 7.0, 49.0] {
+            let d = far / (far - near) * (1.0 - near / z);
+            for (decoding, d) in [(standard, d), (reversed, 1.0 - d), (infinite, near / z)] {
+                decoding.check().unwrap();
+                let found = decoding.to_metres(d as f32, || [0.0, 0.0]);
+                // f32's last digit of d, seen through 1 / (1 - d) at 49 m of 50: a part in ten thousand.
+                assert!((found / z - 1.0).abs() < 1e-3, "{z} {found}");
+            }
+        }
+        assert_eq!(infinite.to_metres(0.0, || [0.0, 0.0]), f64::INFINITY);
     }
 
     #[test]

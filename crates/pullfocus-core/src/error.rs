@@ -64,6 +64,44 @@ pub enum Error {
         /// Bytes asked for.
         bytes: u64,
     },
+    /// A device's limit is too small for this picture.
+    #[error("{device} allows {allowed} for {what}, but {needed} are needed; {instead}")]
+    DeviceLimit {
+        /// The device's name.
+        device: String,
+        /// What is limited, with its unit: "bytes in one binding".
+        what: &'static str,
+        /// How much is needed.
+        needed: u64,
+        /// How much the device allows.
+        allowed: u64,
+        /// What to do instead.
+        instead: &'static str,
+    },
+    /// A device stopped working.
+    #[error("{device} was lost ({reason}); open it again, or use another device")]
+    DeviceLost {
+        /// The device's name.
+        device: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The device that was asked for is not there, or cannot be used.
+    #[error("{wanted}; {found}")]
+    NoDevice {
+        /// What was looked for and not found.
+        wanted: String,
+        /// What there is, or what to do.
+        found: String,
+    },
+    /// Something that this way of rendering cannot do.
+    #[error("{what} is not possible here: {reason}")]
+    Unsupported {
+        /// What was asked for.
+        what: &'static str,
+        /// Why it cannot be, and what to do instead.
+        reason: &'static str,
+    },
     /// The caller cancelled.
     #[error("cancelled")]
     Cancelled,

@@ -23,6 +23,7 @@ pub mod plane;
 pub mod report;
 pub mod response;
 pub mod scene;
+pub mod scheme;
 pub mod settings;
 pub mod size;
 pub mod split;

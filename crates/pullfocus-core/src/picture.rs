@@ -4,6 +4,9 @@ use crate::error::Result;
 use crate::plane::Plane;
 use crate::size::Size;
 
+/// Colours beyond this are cut to it, so that sums over any line of any picture stay finite in f32.
+pub const LARGEST: f32 = 1e30;
+
 /// Colour planes of one size that all go through the same lens.
 ///
 /// Values are linear light, premultiplied by alpha, of any range; alpha 0 beside colour other than 0 is

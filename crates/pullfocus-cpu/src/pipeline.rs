@@ -5,6 +5,7 @@ use crate::rows::{fold_rows, for_each_row};
 use crate::work::{Memory, Work};
 use crate::{coc, depth_repair};
 use pullfocus_core::depth::HALF_MAX;
+use pullfocus_core::picture::LARGEST;
 use pullfocus_core::{
     Camera, Cancel, Distance, Element, Error, Frame, Layering, Picture, Plane, Report, Result, Scene,
     Settings,
@@ -157,8 +158,6 @@ fn circle(
 /// Values that every solver can carry: NaN becomes 0, infinities and what is too large for a sum in f32 the
 /// largest that is not.
 fn make_numbers(picture: &mut Picture, cancel: &Cancel) -> Result<()> {
-    /// Sums over any line of any picture stay finite.
-    const LARGEST: f32 = 1e30;
     for plane in picture.planes_mut() {
         for_each_row(plane, cancel, |_, row| {
             // A first look that vectorises; most rows need nothing more.

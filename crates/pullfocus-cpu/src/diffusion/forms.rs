@@ -1,8 +1,8 @@
 //! What goes into a pass's systems and what is made of their solutions: three forms for the same solvers.
 
 use super::lanes::Lanes;
-use super::number::{LEAST_GAMMA, MOST_BETA, Number};
-use super::scheme::{FIELDS, Term};
+use super::number::Number;
+use pullfocus_core::scheme::{FIELDS, LEAST_GAMMA, MOST_BETA, Term};
 
 /// The constants of one term in registers.
 #[derive(Clone, Copy)]
@@ -121,7 +121,7 @@ impl Form for Separable {
     }
 }
 
-/// The rows of a sum of products: a plane in, four fields out. See [`super::scheme`].
+/// The rows of a sum of products: a plane in, four fields out. See [`pullfocus_core::scheme`].
 pub(super) struct RoundRows;
 
 impl Form for RoundRows {

@@ -11,8 +11,8 @@
 use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
-use super::scheme::{FIELDS, MOST_TERMS};
 use super::strips::{Bench, Inputs, Outputs};
+use pullfocus_core::scheme::{FIELDS, MOST_TERMS};
 
 /// After so many unknowns what has faded is set to 0, before it turns denormal and slow.
 const FLUSH: usize = 16;

@@ -39,7 +39,6 @@ mod lanes;
 mod lu;
 mod number;
 mod run;
-mod scheme;
 mod strips;
 #[cfg(test)]
 mod tests;
@@ -47,8 +46,8 @@ mod tests;
 pub use lanes::Instructions;
 
 use pullfocus_core::diffusion::{Diffusion, Solver};
+use pullfocus_core::scheme::{FIELDS, Scheme, Shape};
 use pullfocus_core::{Cancel, Plane, Result, Size};
-use scheme::{FIELDS, Scheme, Shape};
 use strips::{Lines, Pass, Scratch};
 
 /// Where a medium's conductivity comes from.

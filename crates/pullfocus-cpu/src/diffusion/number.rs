@@ -6,14 +6,6 @@
 
 use super::lanes::Lanes;
 
-/// The least specific heat: a matte's 0 counts as this, so that a line without any weight has a finite answer
-/// (the line's mean where it conducts). It is so small that beside any weight it cannot be seen, and large
-/// enough for its square to be a normal f32.
-pub(super) const LEAST_GAMMA: f32 = 1e-15;
-
-/// The largest conductivity of a link; a million pixels of blur.
-pub(super) const MOST_BETA: f32 = 1e12;
-
 /// What one elimination step along the line yields.
 #[derive(Clone, Copy)]
 pub(super) struct Eliminated<V: Lanes, N> {

@@ -5,11 +5,11 @@
 use super::forms::{Form, RoundColumns, RoundRows, Separable};
 use super::lanes::{Instructions, Kernel, Lanes};
 use super::number::{Complex, Number, Real};
-use super::scheme::Shape;
 use super::strips::{Bench, Pass, Scratch, Strip};
 use super::{cyclic_reduction, jacobi, lu};
 use pullfocus_core::Result;
 use pullfocus_core::diffusion::Solver;
+use pullfocus_core::scheme::Shape;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

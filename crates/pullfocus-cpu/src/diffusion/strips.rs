@@ -7,8 +7,8 @@
 use super::forms::{Constants, Fields, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
-use super::scheme::{FIELDS, Scheme};
 use pullfocus_core::diffusion::Solver;
+use pullfocus_core::scheme::{FIELDS, Scheme};
 use pullfocus_core::{Cancel, Error, Result, Size};
 
 /// Unknowns of a row that are brought at a time: four cache lines, which the hardware's prefetchers like.

@@ -19,7 +19,7 @@
 
 use crate::rows::for_each_row;
 use crate::work::Work;
-use pullfocus_core::{Picture, Plane, Result};
+use pullfocus_core::{Layering, Picture, Plane, Result};
 
 /// Planes that share one factorisation; larger pictures take one at a time, to save memory.
 const TOGETHER: usize = 4;
@@ -50,8 +50,7 @@ pub fn blur_over_background(
         }
         work.stage("midground", |work| work.blur(group, coc, None))?;
         for layer in 0..layers {
-            let high = threshold * (1u64 << layer) as f32;
-            let low = if layer == 0 { 0.0 } else { 0.5 * high };
+            let [low, high] = Layering::background_ramp(layer, threshold);
             if layer > 0 {
                 for (plane, original) in behind.iter_mut().zip(&originals) {
                     plane.data_mut().copy_from_slice(original.data());

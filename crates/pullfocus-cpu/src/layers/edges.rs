@@ -2,6 +2,7 @@
 
 use crate::rows::for_each_row;
 use crate::work::Work;
+use pullfocus_core::layers::general::EDGE_STEP;
 use pullfocus_core::split::{Split, smoothstep, unit};
 use pullfocus_core::{Plane, Result};
 
@@ -14,9 +15,6 @@ pub struct Edges {
     /// How much of an edge between layers the pixel is, 0 to 1.
     pub strength: Plane,
 }
-
-/// Diameters, in units, between which a step becomes an edge.
-const STEP: [f32; 2] = [0.5, 2.0];
 
 /// Finds the edges of `coc`.
 pub fn find(work: &mut Work<'_>, coc: &Plane, split: &Split) -> Result<Edges> {
@@ -46,13 +44,13 @@ pub fn find(work: &mut Work<'_>, coc: &Plane, split: &Split) -> Result<Edges> {
     for_each_row(&mut strength, work.cancel, |y, row| {
         for ((strength, &near), &far) in row.iter_mut().zip(near.row(y)).zip(far.row(y)) {
             let step = (far - near) / unit;
-            *strength = if step <= STEP[0] {
+            *strength = if step <= EDGE_STEP[0] {
                 0.0
             } else {
                 let (near, far) = (split.position(near), split.position(far));
                 let apart: f32 =
                     ramps.iter().map(|ramps| (ramps.at(near).seen - ramps.at(far).seen).abs()).sum();
-                smoothstep((step - STEP[0]) / (STEP[1] - STEP[0])) * apart.min(1.0)
+                smoothstep((step - EDGE_STEP[0]) / (EDGE_STEP[1] - EDGE_STEP[0])) * apart.min(1.0)
             };
         }
     })?;

@@ -1,10 +1,7 @@
 //! Filling a layer where it is not seen: normalised averages at several scales, coarse ones where fine ones
 //! found nothing.
 //!
-//! # Theory
-//! At each scale values and weights are smoothed alike (one backward-Euler step with constant beta: the papers' tool) and
-//! divided, `f = (smooth(w x) + eps f_coarser) / (smooth(w) + eps)`: where weight is near, the average of what
-//! is near; where none is, the coarser scale's answer. Nothing is singular, however large the hole.
+//! See [`pullfocus_core::layers::fill`] for the formula.
 //!
 //! # Practice
 //! Coarse scales are computed on coarse grids, so the cost is little more than the finest grid's.
@@ -12,31 +9,9 @@
 use crate::rows::{for_each_row, rows_of};
 use crate::wide;
 use crate::work::Work;
-use pullfocus_core::split::unit;
+use pullfocus_core::layers::fill::{COARSER, LEAST_WEIGHT, SCALES, diameter, finest_step, grid_size};
 use pullfocus_core::{Cancel, Plane, Result, Size};
 use rayon::prelude::*;
-
-/// Standard deviation in units ([`unit`]) and grid step, from fine to coarse.
-const SCALES: [(f32, usize); 4] = [(1.5, 1), (4.0, 2), (12.0, 8), (64.0, 16)];
-/// What the coarser scale weighs beside the finer one's own.
-const COARSER: f32 = 0.003;
-
-/// The grid of the finest scale, for pictures of this width: one value for each `step` x `step` pixels.
-pub fn finest_step(display_width: f32) -> usize {
-    let mut step = FINEST;
-    while (2 * step) as f32 <= unit(display_width) * FINEST as f32 * 1.01 {
-        step *= 2;
-    }
-    step
-}
-
-/// Pixels a step of the finest grid at a width of 960.
-const FINEST: usize = 1;
-
-/// Values on a coarse grid: node (i, j) is the mean of the pixels `i step .. (i + 1) step` across, and so down.
-pub fn grid_size(size: Size, step: usize) -> Size {
-    Size::new(size.width.div_ceil(step), size.height.div_ceil(step))
-}
 
 /// Where a fill's values come from.
 pub trait Sources: Sync {
@@ -67,11 +42,9 @@ pub fn fill(work: &mut Work<'_>, size: Size, sources: &impl Sources) -> Result<V
         }
         levels.push(coarse);
     }
-    for (planes, (deviation, step)) in levels.iter_mut().zip(SCALES) {
-        // A circle of diameter d has the variance d^2 / 16 along an axis.
-        let diameter = 4.0 * deviation * unit(work.display_width) / (step * first / FINEST) as f32;
+    for (scale, planes) in levels.iter_mut().enumerate() {
         let mut planes: Vec<&mut Plane> = planes.iter_mut().collect();
-        work.smooth(&mut planes, diameter)?;
+        work.smooth(&mut planes, diameter(scale, work.display_width))?;
     }
 
     let mut coarser: Option<(Vec<Plane>, usize)> = None;
@@ -196,8 +169,7 @@ fn divide(
     for_each_row(sums, cancel, |y, row| match coarser {
         None => {
             for (value, weight) in row.iter_mut().zip(weights.row(y)) {
-                // Less than this is what is left of weights dozens of deviations away.
-                *value = if *weight > 1e-18 { *value / *weight } else { 0.0 };
+                *value = if *weight > LEAST_WEIGHT { *value / *weight } else { 0.0 };
             }
         }
         Some((coarse, ratio)) => {

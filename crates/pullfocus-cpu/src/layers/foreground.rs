@@ -11,10 +11,11 @@
 //! Here gamma is 1 in the last step, so coverage is conserved: what alpha loses inside it gains outside.
 //! The conformance tests keep the letter beside this form.
 
-use super::fill::{Sources, enlarge_row, fill, finest_step};
+use super::fill::{Sources, enlarge_row, fill};
 use super::over;
 use crate::rows::for_each_row;
 use crate::work::Work;
+use pullfocus_core::layers::fill::finest_step;
 use pullfocus_core::{Picture, Plane, Result};
 
 /// Blurs `element` with the circles `coc` and lays it over `picture`, whose own circles are `behind`. Both have the

@@ -18,27 +18,17 @@
 //! One pass over the picture does all of the last three, in blocks small enough for the nearest cache.
 
 use super::edges::{self, Edges};
-use super::fill::{Sources, enlarge_row, fill, finest_step};
+use super::fill::{Sources, enlarge_row, fill};
 use super::{census, over};
 use crate::rows::rows_of;
 use crate::wide;
 use crate::work::Work;
+use pullfocus_core::layers::fill::finest_step;
+use pullfocus_core::layers::general::{COLOR_NOISE, EDGE_TRUST, LEADING, LEAST_SHARE, OWN_FROM, VARIANCE};
 use pullfocus_core::split::{Ramps, Split, smoothstep};
 use pullfocus_core::{Picture, Plane, Result};
 use rayon::prelude::*;
 
-/// How little an edge pixel is trusted as a source of fills.
-const EDGE_TRUST: f32 = 0.1;
-/// Colours closer than this part of their size cannot be told apart on an edge.
-const COLOR_NOISE: f32 = 0.05;
-/// Weight of the layers' own variance in telling them apart.
-const VARIANCE: f32 = 8.0;
-/// An edge pixel keeps at least this share of the layer that its depth names.
-const LEAST_SHARE: f32 = 0.4;
-/// From this share of a pixel on a layer shows the pixel's own colour, in a ramp from the fill's.
-const OWN_FROM: f32 = 0.2;
-/// Colour planes that decide over edges: R, G, B; further planes follow.
-const LEADING: usize = 3;
 /// Pixels that go through the joint pass at a time; some 60 rows of this fit the nearest cache.
 const BLOCK: usize = 128;
 

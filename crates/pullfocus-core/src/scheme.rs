@@ -1,18 +1,30 @@
-//! Integrators as systems: which ones to solve along rows and columns, and how their solutions add up.
+//! Integrators as systems: which ones to solve along rows and columns, and how their solutions add up. Every backend solves
+//! these.
+//!
+//! A term's system is `(K + sigma Gamma) v = sigma Gamma x`, K the insulated line's Laplacian with the links' beta,
+//! |sigma| = 1 with a positive real part: real for backward Euler, complex for a pole of a rational function.
 
-use pullfocus_core::Result;
-use pullfocus_core::diffusion::{Diffusion, Integrator};
-use pullfocus_core::response::{Complex, DiscResponse};
+use crate::diffusion::{Diffusion, Integrator};
+use crate::error::Result;
+use crate::response::{Complex, DiscResponse};
+
+/// The least specific heat: a matte's 0 counts as this, so that a line without any weight has a finite answer
+/// (the line's mean where it conducts). It is so small that beside any weight it cannot be seen, and large
+/// enough for its square to be a normal f32.
+pub const LEAST_GAMMA: f32 = 1e-15;
+
+/// The largest conductivity of a link; a million pixels of blur.
+pub const MOST_BETA: f32 = 1e12;
 
 /// The most terms of an integrator.
-pub(super) const MOST_TERMS: usize = 2;
+pub const MOST_TERMS: usize = 2;
 
 /// Real fields that a plane becomes between the rows and the columns of [`Shape::Round`].
-pub(super) const FIELDS: usize = 4;
+pub const FIELDS: usize = 4;
 
 /// One solve along each line, whose solution is one term of a sum.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Term {
+pub struct Term {
     /// Unit factor of gamma: 1, or minus the pole over its length.
     pub sigma: [f32; 2],
     /// What beta is multiplied with: 1, or 1 over the pole's length.
@@ -29,25 +41,31 @@ pub(super) struct Term {
 
 /// How rows and columns work together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shape {
+pub enum Shape {
     /// A product: rows, then columns of what the rows gave, in real numbers.
     Real,
     /// The same in complex ones.
     Complex,
-    /// A sum of products that share their poles: see [`round`].
+    /// A sum of products that share their poles ([`DiscResponse`]): rows make four fields, columns one of them.
     Round,
 }
 
 /// An integrator, ready to be solved.
 #[derive(Debug, Clone)]
-pub(super) struct Scheme {
+pub struct Scheme {
+    /// How rows and columns work together.
     pub shape: Shape,
+    /// The solves along each line, at most [`MOST_TERMS`].
     pub terms: Vec<Term>,
     /// How often rows and columns follow each other.
     pub steps: u32,
 }
 
 impl Scheme {
+    /// The systems of an integrator.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] for a rational function without a pair of complex poles.
     pub fn new(settings: &Diffusion) -> Result<Self> {
         Ok(match settings.integrator {
             Integrator::BackwardEuler { steps } => {

@@ -1,5 +1,8 @@
 //! How a picture is taken apart by its circle of confusion before it is blurred.
 
+pub mod fill;
+pub mod general;
+
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +39,13 @@ impl Default for Layering {
 impl Layering {
     /// The first paper's one background layer; diameters from 1 % of the width on are background.
     pub const PAPER: Self = Self::Background { layers: 1, threshold: 0.01 };
+
+    /// Diameters in pixels between which the matte of background layer `layer` ramps from 0 to 1: thresholds double from
+    /// one layer to the next, and each ramp begins where the one before it ends.
+    pub fn background_ramp(layer: u32, threshold_px: f32) -> [f32; 2] {
+        let high = threshold_px * (1u64 << layer) as f32;
+        [if layer == 0 { 0.0 } else { 0.5 * high }, high]
+    }
 
     /// Refuses values outside their ranges.
     ///
