@@ -1,6 +1,6 @@
 //! The conformance suite itself: the f64 reference, rounded to f32, passes it, and broken subjects do not.
 
-use pullfocus_core::{Cancel, Diffusion, Error, Plane, Result};
+use pullfocus_core::{Camera, Cancel, Diffusion, Error, Plane, Report, Result, Scene, Settings};
 use pullfocus_testkit::conformance::{Medium, diffusion as checks};
 use pullfocus_testkit::{Grid, reference};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -62,4 +62,24 @@ fn broken_subjects_fail() {
     assert!(fails(|| checks::a_raised_flag_cancels(&mut deaf)));
     assert!(fails(|| checks::odd_settings_are_refused(&mut deaf)));
     assert!(fails(|| checks::has_the_variance_of_the_disc(&mut deaf)));
+}
+
+/// Diffusions and renders as types with names.
+type Diffuses = fn(&mut [Plane], Medium<'_>, &Diffusion, &Cancel) -> Result<()>;
+type Renders = fn(&mut Scene, Option<&Camera>, &Settings, &Cancel) -> Result<Report>;
+
+#[test]
+fn the_lists_hold_every_check_and_their_checks_run() {
+    // Public functions that take a subject, as the sources have them.
+    let declared = |source: &str| source.matches("\npub fn ").count();
+    let diffusion = pullfocus_testkit::diffusion_checks!(Diffuses);
+    // `exact` is not a check.
+    assert_eq!(diffusion.len(), declared(include_str!("../src/conformance/diffusion.rs")) - 1);
+    let render = pullfocus_testkit::render_checks!(Renders);
+    assert_eq!(render.len(), declared(include_str!("../src/conformance/render.rs")));
+    let (_, check) = diffusion.iter().find(|(name, _)| *name == "odd_settings_are_refused").expect("a check");
+    let mut subject: Diffuses = subject;
+    check(&mut subject);
+    let mut deaf: Diffuses = |_, _, _, _| Ok(());
+    assert!(fails(|| check(&mut deaf)));
 }

@@ -7,7 +7,15 @@
 //! pullfocus_testkit::render_conformance!(Renderer::new());
 //! ```
 //!
-//! Each check becomes one `#[test]`. Which invariant holds for which method:
+//! Each check becomes one `#[test]`. A harness that makes its tests at run time takes the same checks as values:
+//!
+//! ```ignore
+//! for (name, check) in pullfocus_testkit::diffusion_checks!(Diffuser) {
+//!     tests.push(Trial::test(name, move || Ok(check(&mut Diffuser::new()))));
+//! }
+//! ```
+//!
+//! Which invariant holds for which method:
 //!
 //! | method | constants | energy (sum of gamma y) | stays within the input's range | zero blur keeps every bit |
 //! |---|---|---|---|---|
@@ -17,8 +25,11 @@
 //! | layers (background, general) | yes | no: they are blended or composited | backward Euler | yes |
 //! | foreground with behind | yes (same colour on both) | the foreground's coverage | backward Euler | yes |
 
+mod compare;
 pub mod diffusion;
 pub mod render;
+
+pub use compare::compare_pictures;
 
 use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
 
@@ -114,14 +125,7 @@ pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Sen
 #[macro_export]
 macro_rules! diffusion_conformance {
     ($subject:expr) => {
-        $crate::conformance_tests!($subject, diffusion:
-            matches_the_f64_reference, matches_f64_jacobi_sweep_by_sweep, jacobi_reaches_its_tolerance,
-            every_small_size_matches, long_lines_with_large_circles_stay_exact, constants_are_kept,
-            heat_is_kept, one_axis_is_self_adjoint, mirrored_in_mirrored_out, has_the_variance_of_the_disc,
-            stays_within_the_range, zero_blur_keeps_every_bit, pixels_in_focus_keep_every_bit,
-            holes_without_heat_are_filled, large_values_stay_finite, planes_do_not_mix,
-            any_number_of_threads_gives_the_same_bytes, a_second_run_gives_the_same_bytes,
-            a_raised_flag_cancels, a_run_is_cancelled_from_outside, odd_settings_are_refused);
+        $crate::diffusion_list!(conformance_tests, $subject);
     };
 }
 
@@ -129,18 +133,64 @@ macro_rules! diffusion_conformance {
 #[macro_export]
 macro_rules! render_conformance {
     ($subject:expr) => {
-        $crate::conformance_tests!($subject, render:
-            a_pinhole_keeps_every_bit, one_layer_matches_the_f64_reference, constants_are_kept,
-            empty_pixels_stay_empty, numbers_that_are_none_follow_the_rule, any_depth_gives_numbers,
-            every_small_size_renders, a_mirrored_scene_gives_the_mirrored_picture, foreground_light_is_kept, one_thing_keeps_its_light, bright_lights_leave_nothing_negative,
-            a_near_edge_is_soft_over_a_sharp_one, a_focus_pull_has_no_jumps, alpha_goes_through_the_same_lens,
-            further_planes_do_not_change_the_others, any_number_of_threads_gives_the_same_bytes,
-            a_second_run_gives_the_same_bytes, a_raised_flag_cancels, a_run_is_cancelled_from_outside,
-            what_does_not_fit_is_refused);
+        $crate::render_list!(conformance_tests, $subject);
     };
 }
 
-/// What the two macros above are made of.
+/// The checks of a diffusion by name, `Vec<(&'static str, fn(&mut S))>` for a [`DiffusionSubject`] S: for tests that are
+/// made at run time.
+#[macro_export]
+macro_rules! diffusion_checks {
+    ($subject:ty) => {
+        $crate::diffusion_list!(conformance_checks, $subject)
+    };
+}
+
+/// The checks of a whole render by name, `Vec<(&'static str, fn(&mut S))>` for a [`RenderSubject`] S: for tests that are
+/// made at run time.
+#[macro_export]
+macro_rules! render_checks {
+    ($subject:ty) => {
+        $crate::render_list!(conformance_checks, $subject)
+    };
+}
+
+/// Every check of a diffusion, handed to another macro with that macro's own argument.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! diffusion_list {
+    ($to:ident, $subject:tt) => {
+        $crate::$to! { $subject, diffusion:
+            matches_the_f64_reference, matches_f64_jacobi_sweep_by_sweep, jacobi_reaches_its_tolerance,
+            every_small_size_matches, long_lines_with_large_circles_stay_exact, constants_are_kept,
+            heat_is_kept, one_axis_is_self_adjoint, mirrored_in_mirrored_out, has_the_variance_of_the_disc,
+            stays_within_the_range, zero_blur_keeps_every_bit, pixels_in_focus_keep_every_bit,
+            holes_without_heat_are_filled, large_values_stay_finite, planes_do_not_mix,
+            any_number_of_threads_gives_the_same_bytes, a_second_run_gives_the_same_bytes,
+            a_raised_flag_cancels, a_run_is_cancelled_from_outside, odd_settings_are_refused
+        }
+    };
+}
+
+/// Every check of a whole render, handed to another macro with that macro's own argument.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! render_list {
+    ($to:ident, $subject:tt) => {
+        $crate::$to! { $subject, render:
+            a_pinhole_keeps_every_bit, one_layer_matches_the_f64_reference, constants_are_kept,
+            empty_pixels_stay_empty, numbers_that_are_none_follow_the_rule, any_depth_gives_numbers,
+            every_small_size_renders, a_mirrored_scene_gives_the_mirrored_picture, foreground_light_is_kept,
+            one_thing_keeps_its_light, bright_lights_leave_nothing_negative,
+            a_near_edge_is_soft_over_a_sharp_one, a_focus_pull_has_no_jumps, alpha_goes_through_the_same_lens,
+            further_planes_do_not_change_the_others, any_number_of_threads_gives_the_same_bytes,
+            a_second_run_gives_the_same_bytes, a_raised_flag_cancels, a_run_is_cancelled_from_outside,
+            what_does_not_fit_is_refused
+        }
+    };
+}
+
+/// A list as tests.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! conformance_tests {
@@ -152,5 +202,17 @@ macro_rules! conformance_tests {
                 $crate::conformance::$module::$check(&mut $subject);
             })*
         }
+    };
+}
+
+/// A list as values.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! conformance_checks {
+    ($subject:ty, $module:ident: $($check:ident),* $(,)?) => {
+        ::std::vec![$((
+            ::std::stringify!($check),
+            $crate::conformance::$module::$check as fn(&mut $subject),
+        )),*]
     };
 }
