@@ -56,14 +56,25 @@ pub enum Integrator {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Solver {
-    /// Elimination along each line, many lines side by side: the CPU's own, exact.
+    /// Elimination along each line: the CPU's many lines side by side, the GPU's in chunks; exact; the fast one of
+    /// each backend.
     #[default]
     Lu,
     /// Cyclic reduction in the gather form of the first paper's figure 5, for any length; exact.
     CyclicReduction,
+    /// Parallel cyclic reduction (Zhang, Cohen, Owens 2010, "Fast Tridiagonal Solvers on the GPU"): each step frees every
+    /// unknown from its two neighbours, so that links reach twice as far, until they reach beyond the line; exact.
+    ParallelCyclicReduction,
+    /// Cyclic reduction until at most [`HYBRID_REST`] unknowns are left, parallel cyclic reduction of those, then cyclic
+    /// reduction's way down (Zhang, Cohen, Owens 2010); exact.
+    Hybrid,
     /// Jacobi sweeps (second paper, equation 2.13): approximate.
     Jacobi(JacobiStop),
 }
+
+/// How many unknowns [`Solver::Hybrid`] leaves to parallel cyclic reduction: two for each thread of a GPU's warp of 32. Fewer
+/// would leave some of them idle on cyclic reduction's last levels, more only add work.
+pub const HYBRID_REST: usize = 64;
 
 /// When Jacobi stops.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -12,11 +12,16 @@
 //! and on the way down `y = x + (beta_left (y_left - x) + beta_right (y_right - x)) / b` for the even ones. Sums of
 //! positive terms throughout; where the figure has lengths 2^k - 1 only, a neighbour that is missing here has
 //! beta 0.
+//!
+//! The levels may end early: what is left is solved by [`parallel_cyclic_reduction`]. So the hybrid is a shorter
+//! pyramid, and parallel cyclic reduction alone one with a single level.
 
 use super::forms::{Constants, Form};
 use super::lanes::{LANES, Lanes};
 use super::number::Number;
+use super::parallel_cyclic_reduction;
 use super::strips::Bench;
+use pullfocus_core::diffusion::{HYBRID_REST, Solver};
 
 /// Rows of memory for lines of `n`: the sum of terms, what it keeps, then g, beta and x for each unknown of the
 /// pyramid, which has fewer than 2 n.
@@ -26,9 +31,9 @@ pub(super) fn rows<F: Form>(n: usize, parts: usize) -> usize {
 
 /// The unknowns of one level.
 #[derive(Clone, Copy)]
-struct Level {
+pub(super) struct Level {
     at: *mut f32,
-    n: usize,
+    pub n: usize,
     slot: usize,
 }
 
@@ -36,7 +41,7 @@ impl Level {
     /// # Safety
     /// `j < n`, and the processor has the instructions.
     #[inline(always)]
-    unsafe fn get<V: Lanes, N: Number<V>>(self, j: usize, field: usize) -> N {
+    pub unsafe fn get<V: Lanes, N: Number<V>>(self, j: usize, field: usize) -> N {
         // SAFETY: the caller's promise.
         unsafe { N::load(self.at.add(j * self.slot + field * N::PARTS * LANES)) }
     }
@@ -44,7 +49,7 @@ impl Level {
     /// # Safety
     /// As [`Level::get`].
     #[inline(always)]
-    unsafe fn set<V: Lanes, N: Number<V>>(self, j: usize, field: usize, value: N) {
+    pub unsafe fn set<V: Lanes, N: Number<V>>(self, j: usize, field: usize, value: N) {
         // SAFETY: the caller's promise.
         unsafe { value.store(self.at.add(j * self.slot + field * N::PARTS * LANES)) };
     }
@@ -56,9 +61,18 @@ impl Level {
 }
 
 /// Field numbers: the row sum, the link to the next unknown (0 at the last), the value.
-const G: usize = 0;
-const BETA: usize = 1;
-const X: usize = 2;
+pub(super) const G: usize = 0;
+pub(super) const BETA: usize = 1;
+pub(super) const X: usize = 2;
+
+/// How many unknowns are left to parallel cyclic reduction; with one, it has nothing to do.
+fn rest(solver: Solver) -> usize {
+    match solver {
+        Solver::ParallelCyclicReduction => usize::MAX,
+        Solver::Hybrid => HYBRID_REST,
+        _ => 1,
+    }
+}
 
 /// Solves one strip; the smallest value that came in, or 0.
 ///
@@ -68,6 +82,7 @@ const X: usize = 2;
 pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form>(bench: &Bench<'_, 1>) -> [f32; 1] {
     let pass = bench.pass;
     let n = pass.lines.unknowns;
+    let rest = rest(pass.solver);
     let sum = bench.solver_rows();
     // SAFETY: all levels together have fewer than 2 n unknowns, and the caller promises memory for as many.
     unsafe {
@@ -83,12 +98,13 @@ pub(super) unsafe fn solve<V: Lanes, N: Number<V>, F: Form>(bench: &Bench<'_, 1>
             };
             let mut levels = [base; usize::BITS as usize];
             let mut top = 0;
-            while levels[top].n > 1 {
+            while levels[top].n > rest {
                 levels[top + 1] = levels[top].above();
                 reduce::<V, N>(levels[top], levels[top + 1], &k);
                 top += 1;
             }
-            // The one unknown that is left has no links: its mean is its value.
+            // Then no unknown that is left has links: its mean is its value.
+            parallel_cyclic_reduction::solve::<V, N>(levels[top], &k);
             for level in (0..top).rev() {
                 substitute::<V, N>(levels[level], levels[level + 1], &k);
             }

@@ -19,8 +19,8 @@
 //!   `y = 2 Re(residue (K - pole Gamma)^-1 Gamma x)`: one complex system in place of the real one. Divided by the
 //!   pole's length it becomes `(K + sigma Gamma) v = sigma Gamma x`, |sigma| = 1, the same shape as
 //!   backward Euler's, with solution x where x is constant; then `y = Re v - h Im v`.
-//! - Neither elimination (`lu`) nor `cyclic_reduction` carries the matrix' diagonal. They carry its row sum,
-//!   which is gamma, and means in place of right-hand sides. In f32 the printed form loses up to a fifth of
+//! - Neither elimination (`lu`) nor `cyclic_reduction`, nor its parallel form, carries the matrix' diagonal. They carry
+//!   its row sum, which is gamma, and means in place of right-hand sides. In f32 the printed form loses up to a fifth of
 //!   the value in wide blurs; these lose some 1e-6, keep constants exactly and leave the picture as it is, to
 //!   the bit, where there is no blur. (A -0.0 may come back as 0.0.)
 //! - gamma may be 0 along whole lines (a matte): it counts as 1e-15 there, see [`Medium::gamma`].
@@ -38,6 +38,7 @@ mod jacobi;
 mod lanes;
 mod lu;
 mod number;
+mod parallel_cyclic_reduction;
 mod run;
 mod strips;
 #[cfg(test)]

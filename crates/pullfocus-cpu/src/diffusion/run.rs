@@ -36,7 +36,7 @@ impl<const P: usize, const KIND: u8> Kernel for LuKernel<'_, P, KIND> {
     }
 }
 
-/// The two solvers that hold a whole strip in memory, one plane at a time.
+/// The solvers that hold a whole strip in memory, one plane at a time.
 struct WholeKernel<'a, const KIND: u8>(Bench<'a, 1>);
 
 impl<const KIND: u8> WholeKernel<'_, KIND> {

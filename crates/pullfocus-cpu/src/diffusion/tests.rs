@@ -3,7 +3,7 @@
 use super::*;
 use pullfocus_core::Error;
 use pullfocus_core::Integrator;
-use pullfocus_core::diffusion::{Calibration, JacobiStop};
+use pullfocus_core::diffusion::{Calibration, HYBRID_REST, JacobiStop};
 use pullfocus_core::response::{DiscResponse, Rational};
 
 /// Numbers in 0..1 that look random and are the same everywhere.
@@ -157,8 +157,13 @@ fn error(found: &Plane, expected: &[f64]) -> f64 {
     worst / largest
 }
 
-fn solvers() -> [Solver; 2] {
-    [Solver::Lu, Solver::CyclicReduction]
+/// The exact ones.
+fn solvers() -> [Solver; 4] {
+    [Solver::Lu, Solver::CyclicReduction, Solver::ParallelCyclicReduction, Solver::Hybrid]
+}
+
+fn solvers_and(jacobi: JacobiStop) -> impl Iterator<Item = Solver> {
+    solvers().into_iter().chain([Solver::Jacobi(jacobi)])
 }
 
 fn integrators() -> [Integrator; 3] {
@@ -197,12 +202,27 @@ fn every_small_size_agrees_with_f64() {
 }
 
 #[test]
+fn the_hybrid_is_parallel_for_what_is_left_and_halves_above() {
+    let mut noise = Noise(12);
+    for width in [HYBRID_REST, HYBRID_REST + 1] {
+        let size = Size::new(width, 20);
+        let (c, plane) = (noise.plane(size, 12.0), noise.plane(size, 1.0));
+        let by = |solver| {
+            run(&Diffusion { solver, ..RATIONAL }, &circle(&c), std::slice::from_ref(&plane)).swap_remove(0)
+        };
+        let hybrid = by(Solver::Hybrid);
+        assert_eq!(hybrid == by(Solver::ParallelCyclicReduction), width == HYBRID_REST);
+        assert_ne!(hybrid, by(Solver::CyclicReduction), "{width}");
+    }
+}
+
+#[test]
 fn any_number_of_planes_gives_what_each_gives_alone() {
     let mut noise = Noise(2);
     let size = Size::new(37, 29);
     let c = noise.plane(size, 30.0);
     let planes: Vec<Plane> = (0..9).map(|_| noise.plane(size, 1.0)).collect();
-    for solver in [Solver::Lu, Solver::CyclicReduction, Solver::Jacobi(JacobiStop::Sweeps(5))] {
+    for solver in solvers_and(JacobiStop::Sweeps(5)) {
         for integrator in integrators() {
             let settings = Diffusion { integrator, solver, ..RATIONAL };
             for count in 0..=9 {
@@ -226,7 +246,7 @@ fn no_blur_is_the_identity_to_the_bit() {
     let c = Plane::from_fn(size, |x, y| if (x + y) % 2 == 0 { 40.0 } else { 0.0 }).unwrap();
     for gamma in [None, Some(&gamma)] {
         for integrator in integrators() {
-            for solver in [Solver::Lu, Solver::CyclicReduction, Solver::Jacobi(JacobiStop::default())] {
+            for solver in solvers_and(JacobiStop::default()) {
                 let settings = Diffusion { integrator, solver, ..RATIONAL };
                 let medium = Medium { gamma, ..circle(&c) };
                 let out = run(&settings, &medium, std::slice::from_ref(&plane));
@@ -346,7 +366,7 @@ fn lines_without_any_weight_are_finite() {
         let medium =
             Medium { conductivity: Conductivity::Uniform(c), gamma: Some(&gamma), vertical_scale: 1.0 };
         for integrator in integrators() {
-            for solver in [Solver::Lu, Solver::CyclicReduction, Solver::Jacobi(JacobiStop::Sweeps(9))] {
+            for solver in solvers_and(JacobiStop::Sweeps(9)) {
                 let settings = Diffusion { integrator, solver, ..RATIONAL };
                 let out = run(&settings, &medium, std::slice::from_ref(&plane));
                 assert!(out[0].data().iter().all(|v| v.abs() < 3.0), "{c} {settings:?}");
@@ -429,7 +449,7 @@ fn the_same_bytes_for_any_number_of_threads() {
     let (c, gamma) = (noise.plane(size, 30.0), noise.plane(size, 1.0));
     let planes: Vec<Plane> = (0..5).map(|_| noise.plane(size, 1.0)).collect();
     let medium = Medium { gamma: Some(&gamma), ..circle(&c) };
-    for solver in [Solver::Lu, Solver::CyclicReduction, Solver::Jacobi(JacobiStop::Tolerance(1e-3))] {
+    for solver in solvers_and(JacobiStop::Tolerance(1e-3)) {
         let settings = Diffusion { solver, ..RATIONAL };
         let with = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

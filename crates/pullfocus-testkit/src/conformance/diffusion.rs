@@ -32,7 +32,8 @@ const INTEGRATORS: [Integrator; 4] = [
 ];
 
 /// The solvers that are exact.
-const EXACT_SOLVERS: [Solver; 2] = [Solver::Lu, Solver::CyclicReduction];
+const EXACT_SOLVERS: [Solver; 4] =
+    [Solver::Lu, Solver::CyclicReduction, Solver::ParallelCyclicReduction, Solver::Hybrid];
 
 fn exact_settings() -> impl Iterator<Item = Diffusion> {
     INTEGRATORS.into_iter().flat_map(|integrator| {

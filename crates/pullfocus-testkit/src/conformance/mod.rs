@@ -19,8 +19,8 @@
 //!
 //! | method | constants | energy (sum of gamma y) | stays within the input's range | zero blur keeps every bit |
 //! |---|---|---|---|---|
-//! | backward Euler, LU or cyclic reduction | yes | yes | yes | yes |
-//! | rational or disc, LU or cyclic reduction | yes | yes | no: a lobe of some -0.003 of a bright point | yes |
+//! | backward Euler, an exact solver | yes | yes | yes | yes |
+//! | rational or disc, an exact solver | yes | yes | no: a lobe of some -0.003 of a bright point | yes |
 //! | Jacobi, few sweeps | yes | no | yes with backward Euler | yes |
 //! | layers (background, general) | yes | no: they are blended or composited | backward Euler | yes |
 //! | foreground with behind | yes (same colour on both) | the foreground's coverage | backward Euler | yes |

@@ -17,6 +17,8 @@ pub fn method(solver: Solver) -> Method {
     match solver {
         Solver::Lu => Method::Lu,
         Solver::CyclicReduction => Method::CyclicReduction,
+        Solver::ParallelCyclicReduction => Method::ParallelCyclicReduction,
+        Solver::Hybrid => Method::Hybrid,
         Solver::Jacobi(JacobiStop::Sweeps(count)) => Method::Jacobi(count),
         Solver::Jacobi(JacobiStop::Tolerance(t)) => Method::JacobiUntil(f64::from(t), JACOBI_MOST_SWEEPS),
     }

@@ -1,4 +1,4 @@
-//! One line of pixels, its tridiagonal system, and four ways to solve it.
+//! One line of pixels, its tridiagonal system, and six ways to solve it.
 //!
 //! The system is first paper's equation 5: `gamma_i (y_i - x_i) = beta_i (y_{i+1} - y_i) - beta_{i-1} (y_i - y_{i-1})`, for
 //! a rational integrator with the factor `-pole` at gamma: `(L - pole Gamma) z = residue Gamma x`, `y = 2 Re z`, where L is
@@ -6,6 +6,7 @@
 //! shift. They carry the **row sum** (gamma times the shift) in place of the diagonal.
 
 use num_complex::Complex64;
+use pullfocus_core::diffusion::HYBRID_REST;
 use pullfocus_core::response::Pole;
 
 /// Heat capacities and links of one line; one link fewer than pixels.
@@ -26,6 +27,10 @@ pub enum Method {
     Lu,
     /// Cyclic reduction, gather form (first paper, figure 5).
     CyclicReduction,
+    /// Parallel cyclic reduction (Zhang, Cohen, Owens 2010).
+    ParallelCyclicReduction,
+    /// Cyclic reduction down to [`HYBRID_REST`] pixels, parallel cyclic reduction of those (Zhang, Cohen, Owens 2010).
+    Hybrid,
     /// This many Jacobi sweeps (second paper, equation 2.13).
     Jacobi(u32),
     /// Jacobi until no value changes by more than this part of the largest, at most this often.
@@ -76,7 +81,9 @@ impl Line {
         let mut y = match method {
             Method::Dense => dense(&sums, &beta, rhs),
             Method::Lu => lu(&sums, &beta, rhs),
-            Method::CyclicReduction => cyclic_reduction(&sums, &beta, rhs),
+            Method::CyclicReduction => reduction(&sums, &beta, rhs, 1),
+            Method::ParallelCyclicReduction => parallel_cyclic_reduction(&sums, &beta, rhs),
+            Method::Hybrid => reduction(&sums, &beta, rhs, HYBRID_REST),
             Method::Jacobi(sweeps) => jacobi(&sums, &beta, rhs, start, 0.0, sweeps),
             Method::JacobiUntil(tolerance, most) => jacobi(&sums, &beta, rhs, start, tolerance, most),
         };
@@ -212,14 +219,44 @@ impl Level {
 
 /// Cyclic reduction in the gather form of the first paper's figure 5, for any length. The figure's loops run to
 /// `2^-j (N + 1) - 2`, where `2^-L` is meant, and its lengths are 2^k - 1; here a system of n pixels halves to
-/// `n / 2`. Like elimination it carries row sums: the new link is `beta beta' / pivot`, nothing is subtracted.
-fn cyclic_reduction(sums: &[Complex64], beta: &[Complex64], rhs: &[Complex64]) -> Vec<Complex64> {
-    let mut levels = vec![Level { sums: sums.to_vec(), beta: beta.to_vec(), rhs: rhs.to_vec() }];
-    while levels.last().is_some_and(|level| level.sums.len() > 1) {
-        let next = levels.last().map(Level::half);
-        levels.extend(next);
+/// `n / 2`. Like elimination it carries row sums: the new link is `beta beta' / pivot`, nothing is subtracted. The last
+/// `rest` pixels or fewer are solved by parallel cyclic reduction, which does nothing but divide if there is one.
+fn reduction(sums: &[Complex64], beta: &[Complex64], rhs: &[Complex64], rest: usize) -> Vec<Complex64> {
+    let mut levels = vec![];
+    let mut top = Level { sums: sums.to_vec(), beta: beta.to_vec(), rhs: rhs.to_vec() };
+    while top.sums.len() > rest {
+        let half = top.half();
+        levels.push(std::mem::replace(&mut top, half));
     }
-    levels.iter().rev().fold(vec![], |half, level| level.back(&half))
+    let solution = parallel_cyclic_reduction(&top.sums, &top.beta, &top.rhs);
+    levels.iter().rev().fold(solution, |half, level| level.back(&half))
+}
+
+/// Parallel cyclic reduction: at distance d = 1, 2, 4, ... each pixel takes over what it had from the pixels d before and d
+/// behind it, and is linked to those 2 d away instead. Beyond the line's length no links are left.
+fn parallel_cyclic_reduction(sums: &[Complex64], beta: &[Complex64], rhs: &[Complex64]) -> Vec<Complex64> {
+    let n = sums.len();
+    // The link at i leads from i to i + d.
+    let (mut sums, mut beta, mut rhs) = (sums.to_vec(), beta.to_vec(), rhs.to_vec());
+    let mut d = 1;
+    while d < n {
+        let before = |i: usize| if i < d { Complex64::ZERO } else { beta[i - d] };
+        let pivot = |i: usize| sums[i] + before(i) + right(&beta, i);
+        let gather = |values: &[Complex64], i: usize| {
+            let from = |j: usize, link: Complex64| part(link * values[j], pivot(j));
+            let left = if i < d { Complex64::ZERO } else { from(i - d, before(i)) };
+            let right = if i + d < n { from(i + d, beta[i]) } else { Complex64::ZERO };
+            values[i] + left + right
+        };
+        let next = (
+            (0..n).map(|i| gather(&sums, i)).collect(),
+            (0..n.saturating_sub(2 * d)).map(|i| part(beta[i] * beta[i + d], pivot(i + d))).collect(),
+            (0..n).map(|i| gather(&rhs, i)).collect(),
+        );
+        (sums, beta, rhs) = next;
+        d *= 2;
+    }
+    rhs.into_iter().zip(sums).map(|(rhs, sum)| part(rhs, sum)).collect()
 }
 
 fn jacobi(
@@ -307,11 +344,14 @@ mod tests {
     #[test]
     fn every_exact_method_agrees_with_the_whole_matrix_at_any_length() {
         let pole = Rational::GAUSSIAN.pole().unwrap();
-        for n in (1..=40).chain([63, 64, 65, 127, 128, 129]) {
+        // The hybrid's first levels are above 64 and above 128.
+        for n in (1..=40).chain([63, 64, 65, 127, 128, 129, 130, 131]) {
             let (line, x) = random_line(n, n as u64);
             let dense = line.step(&x, Method::Dense);
             let dense_rational = line.rational(&x, pole, Method::Dense);
-            for method in [Method::Lu, Method::CyclicReduction] {
+            for method in
+                [Method::Lu, Method::CyclicReduction, Method::ParallelCyclicReduction, Method::Hybrid]
+            {
                 // f64 rounding times a condition number of about 1e4 (largest beta over smallest gamma).
                 assert!(apart(&dense, &line.step(&x, method)) < 1e-11, "{method:?} of {n}");
                 assert!(
