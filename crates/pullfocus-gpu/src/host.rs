@@ -1,6 +1,12 @@
 //! One call for programs without a device of their own: opens one, brings a scene there and back.
 
-use pullfocus_core::{Camera, Cancel, Error, Report, Result, Scene, Settings};
+use crate::context::Context;
+use crate::diffusion::{self, Conductivity, Medium, Tuning};
+use crate::memory::Memory;
+use crate::planes::{Storage, groups};
+use crate::recorder::{Recorder, Sink, wait};
+use crate::transfer::{download, upload, upload_plane};
+use pullfocus_core::{Camera, Cancel, Diffusion, Error, Plane, Report, Result, Scene, Settings};
 
 /// What kind of device an adapter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,30 +50,188 @@ pub enum Choice {
     Named(String),
 }
 
+/// An instance with the backends of this platform.
+fn instance() -> wgpu::Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    descriptor.flags = wgpu::InstanceFlags::from_build_config().with_env();
+    wgpu::Instance::new(descriptor)
+}
+
+impl AdapterInfo {
+    fn of(adapter: &wgpu::Adapter) -> Self {
+        let info = adapter.get_info();
+        let limits = adapter.limits();
+        let capabilities = adapter.get_downlevel_capabilities();
+        let computes = capabilities.flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+            && limits.max_storage_buffers_per_shader_stage >= LEAST_BUFFERS;
+        Self {
+            name: info.name,
+            kind: match info.device_type {
+                wgpu::DeviceType::DiscreteGpu => AdapterKind::Discrete,
+                wgpu::DeviceType::IntegratedGpu => AdapterKind::Integrated,
+                wgpu::DeviceType::VirtualGpu => AdapterKind::Virtual,
+                wgpu::DeviceType::Cpu => AdapterKind::Processor,
+                wgpu::DeviceType::Other => AdapterKind::Other,
+            },
+            backend: format!("{:?}", info.backend),
+            driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+            largest_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            unusable: (!computes)
+                .then(|| format!("it has no compute shaders with {LEAST_BUFFERS} storage buffers")),
+        }
+    }
+
+    /// Order of preference.
+    fn rank(&self) -> u32 {
+        let kind = match self.kind {
+            AdapterKind::Discrete => 0,
+            AdapterKind::Integrated => 1,
+            AdapterKind::Virtual => 2,
+            AdapterKind::Other => 3,
+            AdapterKind::Processor => 4,
+        };
+        kind + if self.unusable.is_some() { 10 } else { 0 }
+    }
+}
+
+/// The most storage buffers that a kernel binds.
+const LEAST_BUFFERS: u32 = 8;
+
+fn enumerate() -> Vec<(AdapterInfo, wgpu::Adapter)> {
+    let adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::PRIMARY));
+    let mut all: Vec<_> = adapters.into_iter().map(|adapter| (AdapterInfo::of(&adapter), adapter)).collect();
+    all.sort_by_key(|(info, _)| info.rank());
+    all
+}
+
 /// All adapters of this machine, best first.
 pub fn adapters() -> Vec<AdapterInfo> {
-    Vec::new()
+    enumerate().into_iter().map(|(info, _)| info).collect()
 }
 
 /// A device with its pipelines and buffers, which stay from frame to frame.
 #[derive(Debug)]
 pub struct Host {
     info: AdapterInfo,
+    context: Context,
+    memory: Memory,
+    storage: Storage,
+    tuning: Tuning,
 }
 
 impl Host {
-    /// Opens an adapter.
+    /// Opens an adapter, with all of its limits.
     ///
     /// # Errors
     /// [`Error::NoDevice`] with what there is.
     pub fn open(choice: &Choice) -> Result<Self> {
-        let _ = choice;
-        Err(Error::NoDevice { wanted: "no GPU was found".into(), found: "use the processor".into() })
+        let all = enumerate();
+        let names: Vec<String> = all.iter().map(|(info, _)| info.name.clone()).collect();
+        let fits = |info: &AdapterInfo| match choice {
+            Choice::Best => info.kind != AdapterKind::Processor && info.unusable.is_none(),
+            Choice::Named(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
+        };
+        let Some((info, adapter)) = all.into_iter().find(|(info, _)| fits(info)) else {
+            let there = if names.is_empty() { "there is none".into() } else { names.join(", ") };
+            return Err(match choice {
+                Choice::Best => Error::NoDevice {
+                    wanted: "no GPU was found".into(),
+                    found: format!("adapters here: {there}; a software one must be asked for by name"),
+                },
+                Choice::Named(name) => Error::NoDevice {
+                    wanted: format!("no adapter is called {name}"),
+                    found: format!("adapters here: {there}"),
+                },
+            });
+        };
+        if let Some(reason) = info.unusable {
+            return Err(Error::NoDevice { wanted: format!("{} cannot be used", info.name), found: reason });
+        }
+        let wanted = wgpu::Features::TIMESTAMP_QUERY & adapter.features();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("pullfocus"),
+            required_features: wanted,
+            required_limits: adapter.limits(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+            Error::NoDevice { wanted: format!("{} cannot be opened", info.name), found: error.to_string() }
+        })?;
+        let context = Context::new(&device, &queue);
+        let lost = context.clone();
+        device.set_device_lost_callback(move |_, reason| lost.note_lost(reason));
+        // What is not caught by a scope is a fault of this crate or the end of the device; either ends the frame, not
+        // the program.
+        let fault = context.clone();
+        device.on_uncaptured_error(std::sync::Arc::new(move |error: wgpu::Error| {
+            tracing::error!(%error, "device");
+            fault.note_lost(error.to_string());
+        }));
+        let memory = Memory::new(&context)?;
+        Ok(Self { info, context, memory, storage: Storage::Full, tuning: Tuning::default() })
     }
 
     /// What was opened.
     pub fn info(&self) -> &AdapterInfo {
         &self.info
+    }
+
+    /// The device's context.
+    pub fn context(&self) -> &Context {
+        &self.context
+    }
+
+    /// How planes lie in the device's memory from the next frame on.
+    pub fn set_storage(&mut self, storage: Storage) {
+        self.storage = storage;
+    }
+
+    /// How work is cut from the next frame on.
+    pub fn set_tuning(&mut self, tuning: Tuning) {
+        self.tuning = tuning;
+    }
+
+    /// Diffuses planes in place, through the circle of confusion `circle` (diameters in pixels), with specific heat `gamma`
+    /// where it is given; the same as `pullfocus_cpu::diffusion::diffuse`.
+    ///
+    /// # Errors
+    /// Any [`Error`].
+    pub fn diffuse(
+        &mut self,
+        planes: &mut [Plane],
+        (circle, gamma, vertical_scale): (&Plane, Option<&Plane>, f32),
+        settings: &Diffusion,
+        cancel: &Cancel,
+    ) -> Result<()> {
+        settings.check()?;
+        let Some(size) = planes.first().map(Plane::size) else { return Ok(()) };
+        for plane in planes.iter() {
+            plane.expect_size("a plane to diffuse", size)?;
+        }
+        circle.expect_size("the circle of confusion", size)?;
+        if let Some(gamma) = gamma {
+            gamma.expect_size("the specific heat", size)?;
+        }
+        cancel.check()?;
+        if size.area() == 0 {
+            return Ok(());
+        }
+        let sink = Sink::Host { encoder: None, cancel, work: 0 };
+        let mut recorder = Recorder::new(&self.context, &mut self.memory, sink, None)?;
+        let sources: Vec<&Plane> = planes.iter().collect();
+        let sizes = groups(sources.len());
+        let groups = upload(&mut recorder, size, &sources, &sizes, self.storage, false)?;
+        let circle = upload_plane(&mut recorder, circle)?;
+        let gamma = gamma.map(|gamma| upload_plane(&mut recorder, gamma)).transpose()?;
+        let medium =
+            Medium { conductivity: Conductivity::Circle(&circle), gamma: gamma.as_ref(), vertical_scale };
+        let all: Vec<_> = groups.iter().collect();
+        diffusion::diffuse(&mut recorder, size, &all, &medium, settings, false, &self.tuning)?;
+        download(&mut recorder, size, &groups, planes)?;
+        recorder.give(groups.into_iter().map(|group| group.buffer).chain([circle]).chain(gamma));
+        recorder.finish()
     }
 
     /// Replaces `scene.base.picture` by the picture through the lens; the same as `pullfocus_cpu::Renderer::render`.
@@ -84,4 +248,26 @@ impl Host {
         let _ = (scene, camera, settings, cancel);
         Err(Error::Cancelled)
     }
+}
+
+/// Maps a readable buffer and copies what is in it; waits for the device.
+///
+/// # Errors
+/// [`Error::DeviceLost`].
+pub(crate) fn read_buffer(context: &Context, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>> {
+    let slice = buffer.slice(..bytes);
+    let (sender, receiver) = std::sync::mpsc::channel();
+    slice.map_async(wgpu::MapMode::Read, move |result| {
+        let _ = sender.send(result);
+    });
+    wait(context)?;
+    let lost = |reason: String| Error::DeviceLost { device: context.name().to_owned(), reason };
+    match receiver.try_recv() {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => return Err(lost(error.to_string())),
+        Err(_) => return Err(lost("it did not answer".into())),
+    }
+    let bytes = slice.get_mapped_range().map_err(|error| lost(error.to_string()))?.to_vec();
+    buffer.unmap();
+    Ok(bytes)
 }

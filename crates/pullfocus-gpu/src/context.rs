@@ -1,0 +1,195 @@
+//! What lives as long as a device: the device itself, its limits, its pipelines.
+
+use crate::shader::{self, Interface, Slot, Spec, Uniform};
+use pullfocus_core::{Error, Result};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A device, ready to blur. Pipelines are compiled when they are first needed and stay.
+///
+/// It is cheap to share (`Arc` inside) and belongs to the caller's device: nothing is global.
+#[derive(Debug, Clone)]
+pub struct Context {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    name: String,
+    limits: wgpu::Limits,
+    kernels: Mutex<HashMap<Spec, Arc<Kernel>>>,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+/// A pipeline and its interface.
+#[derive(Debug)]
+pub struct Kernel {
+    /// A number of its own, for caches.
+    pub id: u64,
+    pub pipeline: wgpu::ComputePipeline,
+    pub layout: wgpu::BindGroupLayout,
+    pub interface: Interface,
+    pub label: String,
+}
+
+static NEXT_KERNEL: AtomicU64 = AtomicU64::new(0);
+
+impl Context {
+    /// Takes the caller's device and queue.
+    ///
+    /// The device must allow compute shaders with 6 storage buffers or more; workgroups of 256 invocations and 16 KiB
+    /// (WebGPU's defaults) are enough for lines of 8192 pixels, larger ones are used where there are. Large pictures need
+    /// large bindings: request the adapter's `max_storage_buffer_binding_size` and `max_buffer_size`.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let lost = Arc::new(Mutex::new(None));
+        Self {
+            inner: Arc::new(Inner {
+                device: device.clone(),
+                queue: queue.clone(),
+                name: device.adapter_info().name,
+                limits: device.limits(),
+                kernels: Mutex::default(),
+                lost,
+            }),
+        }
+    }
+
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.inner.device
+    }
+
+    /// The queue.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.inner.queue
+    }
+
+    /// The device's name, for messages.
+    pub fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// The device's limits.
+    pub fn limits(&self) -> &wgpu::Limits {
+        &self.inner.limits
+    }
+
+    /// Notes that the device is lost; every later call says so. A host that owns its device calls this from its
+    /// device-lost callback.
+    pub fn note_lost(&self, reason: String) {
+        *self.inner.lost.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
+    }
+
+    /// # Errors
+    /// [`Error::DeviceLost`] once the device is known to be lost.
+    pub fn check(&self) -> Result<()> {
+        match &*self.inner.lost.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(reason) => Err(Error::DeviceLost { device: self.name().to_owned(), reason: reason.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    /// How many pipelines there are.
+    pub fn pipelines(&self) -> usize {
+        self.inner.kernels.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
+    /// The kernel of `spec`, whose uniform is a `U`; compiled if it is new.
+    ///
+    /// # Panics
+    /// If a shader of this crate does not compile, or lies otherwise in memory than `U`: tests walk all of them.
+    pub(crate) fn kernel<U: Uniform>(&self, spec: &Spec) -> Arc<Kernel> {
+        let mut kernels = self.inner.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kernels.get(spec) {
+            return kernel.clone();
+        }
+        let kernel = Arc::new(self.compile::<U>(spec));
+        kernels.insert(spec.clone(), kernel.clone());
+        kernel
+    }
+
+    fn compile<U: Uniform>(&self, spec: &Spec) -> Kernel {
+        let (label, source) = (spec.label(), spec.source());
+        let interface = shader::interface(&source).unwrap_or_else(|error| panic!("{label}: {error}"));
+        if let Err(error) = shader::same_layout::<U>(&interface) {
+            panic!("{label}: {error}");
+        }
+        let device = self.device();
+        let module = trusted(device, &label, source);
+        let layout = layout(device, &label, &interface, wgpu::ShaderStages::COMPUTE);
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(&label),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(&label),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                zero_initialize_workgroup_memory: false,
+                ..Default::default()
+            },
+            cache: None,
+        });
+        tracing::debug!(label, workgroup_bytes = interface.workgroup_bytes, "compiled");
+        let id = NEXT_KERNEL.fetch_add(1, Ordering::Relaxed);
+        Kernel { id, pipeline, layout, interface, label }
+    }
+}
+
+/// A module of this crate. Without debug assertions no bounds are checked and no loops counted: every index is guarded in
+/// the shaders themselves and every loop ends, which builds with the checks (all tests) show.
+pub(crate) fn trusted(device: &wgpu::Device, label: &str, source: String) -> wgpu::ShaderModule {
+    let descriptor =
+        wgpu::ShaderModuleDescriptor { label: Some(label), source: wgpu::ShaderSource::Wgsl(source.into()) };
+    if cfg!(debug_assertions) {
+        return device.create_shader_module(descriptor);
+    }
+    // SAFETY: see above; the text is this crate's own and depends on no input.
+    unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
+}
+
+/// The layout of a shader's bindings.
+pub(crate) fn layout(
+    device: &wgpu::Device,
+    label: &str,
+    interface: &Interface,
+    visibility: wgpu::ShaderStages,
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = interface
+        .slots
+        .iter()
+        .map(|&(binding, slot)| {
+            let ty = match slot {
+                Slot::Uniform { size } => wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: true,
+                    min_binding_size: wgpu::BufferSize::new(size),
+                },
+                Slot::Storage { read_only } => wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                Slot::Texture => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                Slot::DepthTexture => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Depth,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+            };
+            wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
+        })
+        .collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}

@@ -1,0 +1,229 @@
+//! Blur by diffusion in compute passes. The mathematics, and how each number is kept from cancelling, stand with the CPU's
+//! form (`pullfocus_cpu::diffusion`) and in `docs/methods/diffusion.md`; this is who solves it on a GPU.
+//!
+//! # Practice
+//!
+//! Planes lie in groups of four ([`Group`]), one vector for each pixel. The solver of the default settings (`partition`)
+//! reads and writes every group once for each axis; the others are the papers' and go over systems in memory (`passes`).
+
+mod partition;
+mod passes;
+
+use crate::planes::{Group, Storage};
+use crate::recorder::Recorder;
+use crate::shader::{Constant, Part, part};
+use pullfocus_core::diffusion::{Diffusion, Integrator, Solver};
+use pullfocus_core::scheme::{FIELDS, Scheme, Shape, Term};
+use pullfocus_core::{Result, Size};
+
+pub use partition::Tuning;
+
+/// Where a medium's conductivity comes from.
+#[derive(Debug, Clone, Copy)]
+pub enum Conductivity<'a> {
+    /// Diameters of the circle of confusion in pixels, f32, of either sign.
+    Circle(&'a wgpu::Buffer),
+    /// The same diameter in pixels everywhere.
+    Uniform(f32),
+}
+
+/// What the planes diffuse through.
+#[derive(Debug, Clone, Copy)]
+pub struct Medium<'a> {
+    /// How far heat goes.
+    pub conductivity: Conductivity<'a>,
+    /// Specific heat, f32, 0 or more; 1 everywhere if there is none.
+    pub gamma: Option<&'a wgpu::Buffer>,
+    /// Pixels of height for each pixel of width.
+    pub vertical_scale: f32,
+}
+
+/// The lines of one axis.
+#[derive(Debug, Clone, Copy)]
+struct Axis {
+    unknowns: u32,
+    lines: u32,
+    along: u32,
+    across: u32,
+    columns: bool,
+}
+
+impl Axis {
+    fn rows(size: Size) -> Self {
+        let (width, height) = (size.width as u32, size.height as u32);
+        Self { unknowns: width, lines: height, along: 1, across: width, columns: false }
+    }
+
+    fn columns(size: Size) -> Self {
+        let (width, height) = (size.width as u32, size.height as u32);
+        Self { unknowns: height, lines: width, along: width, across: 1, columns: true }
+    }
+}
+
+/// A term for the shaders; see `terms.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct TermUniform {
+    sigma: [f32; 2],
+    beta: f32,
+    h: f32,
+    mix: [[f32; 4]; FIELDS],
+}
+
+/// The terms of a scheme, for a link's beta of diameter 1.
+fn terms(scheme: &Scheme, beta: f64) -> [TermUniform; 2] {
+    std::array::from_fn(|t| {
+        let Some(term) = scheme.terms.get(t) else { return bytemuck::Zeroable::zeroed() };
+        let Term { sigma, h, mix, start, .. } = *term;
+        let mix = std::array::from_fn(|f| [mix[f][0], mix[f][1], mix[f][2], start[f]]);
+        TermUniform { sigma, beta: (beta * term.beta) as f32, h, mix }
+    })
+}
+
+/// One pass along one axis over one group.
+struct Pass<'a> {
+    size: Size,
+    axis: Axis,
+    beta: f64,
+    medium: &'a Medium<'a>,
+    scheme: &'a Scheme,
+    group: &'a Group,
+    /// The other fields of a round response, between rows and columns.
+    fields: &'a [wgpu::Buffer],
+    /// Where the group's least values stand.
+    least_at: u32,
+    note_least: bool,
+    floor: bool,
+}
+
+impl Pass<'_> {
+    /// Whether the pass reads or writes all four fields.
+    fn round(&self) -> bool {
+        self.scheme.shape == Shape::Round
+    }
+
+    fn number(&self) -> Part {
+        if self.scheme.shape == Shape::Real {
+            part!("diffusion/number_real")
+        } else {
+            part!("diffusion/number_complex")
+        }
+    }
+
+    fn storage_part(&self, lanes: u32) -> Part {
+        match (self.group.storage, lanes) {
+            (Storage::Full, _) => part!("diffusion/px_f32"),
+            (Storage::Half, 2) => part!("diffusion/px_f16_2"),
+            (Storage::Half, _) => part!("diffusion/px_f16_4"),
+        }
+    }
+
+    fn diameter(&self) -> f32 {
+        match self.medium.conductivity {
+            Conductivity::Circle(_) => 0.0,
+            Conductivity::Uniform(diameter) => diameter,
+        }
+    }
+
+    fn circle<'b>(&'b self, nothing: &'b wgpu::Buffer) -> &'b wgpu::Buffer {
+        match self.medium.conductivity {
+            Conductivity::Circle(circle) => circle,
+            Conductivity::Uniform(_) => nothing,
+        }
+    }
+
+    fn flags(&self) -> [(&'static str, Constant); 2] {
+        [
+            ("HAS_CIRCLE", Constant::Flag(matches!(self.medium.conductivity, Conductivity::Circle(_)))),
+            ("HAS_GAMMA", Constant::Flag(self.medium.gamma.is_some())),
+        ]
+    }
+}
+
+/// The numbers that all forms share.
+pub(crate) fn limits_part() -> Part {
+    // The one place where the shaders' copies stand; a test compares them.
+    part!("diffusion/limits")
+}
+
+/// A thread's lanes.
+fn lanes_part(lanes: u32) -> Part {
+    match lanes {
+        1 => part!("diffusion/lane_1"),
+        2 => part!("diffusion/lane_2"),
+        _ => part!("diffusion/lane_4"),
+    }
+}
+
+/// Diffuses groups of planes, in place, through one medium. With `floor_at_zero` results stay at or above the least value
+/// of their plane, or 0 if that is less.
+///
+/// # Errors
+/// [`pullfocus_core::Error::Setting`], [`pullfocus_core::Error::DeviceLimit`],
+/// [`pullfocus_core::Error::OutOfMemory`]; a host's [`pullfocus_core::Error::Cancelled`];
+/// [`pullfocus_core::Error::Unsupported`] for Jacobi with a tolerance in a caller's encoder.
+pub fn diffuse(
+    recorder: &mut Recorder<'_>,
+    size: Size,
+    groups: &[&Group],
+    medium: &Medium<'_>,
+    settings: &Diffusion,
+    floor_at_zero: bool,
+    tuning: &Tuning,
+) -> Result<()> {
+    settings.check()?;
+    if size.area() == 0 {
+        return Ok(());
+    }
+    let scheme = Scheme::new(settings)?;
+    // Backward Euler takes means: it has no lobe to cut.
+    let floor = floor_at_zero && !matches!(settings.integrator, Integrator::BackwardEuler { .. });
+    let beta = f64::from(settings.calibration.factor()) / f64::from(scheme.steps);
+    let vertical = f64::from(medium.vertical_scale);
+    for &group in groups {
+        let mut fields = Vec::new();
+        if scheme.shape == Shape::Round {
+            for _ in 1..FIELDS {
+                fields.push(recorder.take(size, group.buffer.size())?);
+            }
+        }
+        let least_at = if floor { recorder.take_leasts(group.planes)? } else { 0 };
+        for step in 0..scheme.steps {
+            for (axis, beta) in [(Axis::rows(size), beta), (Axis::columns(size), beta * vertical * vertical)]
+            {
+                let pass = Pass {
+                    size,
+                    axis,
+                    beta,
+                    medium,
+                    scheme: &scheme,
+                    group,
+                    fields: &fields,
+                    least_at,
+                    note_least: floor && step == 0 && !axis.columns,
+                    floor: floor && step + 1 == scheme.steps && axis.columns,
+                };
+                match settings.solver {
+                    Solver::Lu => partition::solve(recorder, &pass, tuning)?,
+                    solver => passes::solve(recorder, &pass, solver)?,
+                }
+                recorder.worked(size.area() as u64 * u64::from(group.planes) * scheme.terms.len() as u64)?;
+            }
+        }
+        recorder.give(fields);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pullfocus_core::scheme::{LEAST_GAMMA, MOST_BETA};
+
+    #[test]
+    fn the_shaders_limits_are_cores() {
+        let text = limits_part().text;
+        assert!(text.contains(&format!("const LEAST_GAMMA: f32 = {LEAST_GAMMA:e};")), "{text}");
+        assert!(text.contains(&format!("const MOST_BETA: f32 = {MOST_BETA:e};")), "{text}");
+    }
+}

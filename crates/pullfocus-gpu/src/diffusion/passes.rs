@@ -1,0 +1,295 @@
+//! The papers' solvers: systems in memory, and passes over them.
+
+use super::{Pass, TermUniform, lanes_part, limits_part, terms};
+use crate::recorder::Recorder;
+use crate::shader::{Constant, Part, Spec, part, uniform};
+use pullfocus_core::diffusion::{JACOBI_MOST_SWEEPS, JacobiStop, Solver};
+use pullfocus_core::{Error, Result};
+
+uniform! {
+    /// See `setup.wgsl` and `emit.wgsl`.
+    SystemParams {
+        unknowns: u32,
+        lines: u32,
+        along: u32,
+        across: u32,
+        diameter: f32,
+        term: u32,
+        least_at: u32,
+        unused: u32,
+        terms: [TermUniform; 2],
+    }
+}
+
+uniform! {
+    /// See `cyclic_reduction.wgsl`.
+    CyclicParams {
+        fine: u32,
+        unknowns: u32,
+        coarse: u32,
+        coarse_unknowns: u32,
+        lines: u32,
+    }
+}
+
+uniform! {
+    /// See `parallel_cyclic_reduction.wgsl`.
+    ParallelParams {
+        unknowns: u32,
+        lines: u32,
+        distance: u32,
+        unused: u32,
+    }
+}
+
+uniform! {
+    /// See `jacobi.wgsl`.
+    SweepParams {
+        unknowns: u32,
+        lines: u32,
+    }
+}
+
+/// The hybrid's workgroup solves this many unknowns of a line at once.
+const REST: u32 = 64;
+/// Sweeps between two looks at how much they change.
+const SWEEPS_BETWEEN_LOOKS: u32 = 16;
+
+/// One term's system in memory.
+struct System<'a, 'b> {
+    pass: &'a Pass<'b>,
+    /// Weights and links.
+    rows: wgpu::Buffer,
+    /// Right-hand sides, which become solutions.
+    values: wgpu::Buffer,
+}
+
+impl Pass<'_> {
+    fn row_bytes(&self) -> u64 {
+        if self.complex() { 16 } else { 8 }
+    }
+
+    fn value_bytes(&self) -> u64 {
+        u64::from(self.group.planes) * if self.complex() { 8 } else { 4 }
+    }
+
+    fn complex(&self) -> bool {
+        self.scheme.terms.iter().any(|term| term.sigma[1] != 0.0)
+    }
+
+    fn area(&self) -> u64 {
+        self.size.area() as u64
+    }
+
+    /// Number and lanes, then what solvers share.
+    fn common(&self) -> Vec<Part> {
+        let lanes = self.group.planes;
+        vec![
+            limits_part(),
+            lanes_part(lanes),
+            self.storage_part(lanes),
+            self.number(),
+            part!("diffusion/mean"),
+            part!("diffusion/system"),
+        ]
+    }
+
+    fn params(&self, term: u32) -> SystemParams {
+        SystemParams {
+            unknowns: self.axis.unknowns,
+            lines: self.axis.lines,
+            along: self.axis.along,
+            across: self.axis.across,
+            diameter: self.diameter(),
+            term,
+            least_at: self.least_at,
+            unused: 0,
+            terms: terms(self.scheme, self.beta),
+        }
+    }
+
+    /// Workgroups for `unknowns` of each line.
+    fn workgroups(&self, unknowns: u32) -> [u32; 3] {
+        [self.axis.lines.div_ceil(64), unknowns.div_ceil(4), 1]
+    }
+}
+
+/// Solves all lines of a pass, term by term.
+///
+/// # Errors
+/// [`Error::DeviceLimit`], [`Error::OutOfMemory`], [`Error::Cancelled`], [`Error::Unsupported`].
+pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, solver: Solver) -> Result<()> {
+    // A pyramid has fewer than twice its base.
+    let room = match solver {
+        Solver::CyclicReduction => 2,
+        _ => 1,
+    };
+    let rows = recorder.take(pass.size, room * pass.area() * pass.row_bytes())?;
+    let mut solutions = Vec::new();
+    for term in 0..pass.scheme.terms.len() as u32 {
+        let values = recorder.take(pass.size, room * pass.area() * pass.value_bytes())?;
+        let mut system = System { pass, rows: rows.clone(), values };
+        system.set_up(recorder, term)?;
+        match solver {
+            Solver::Jacobi(stop) => system.jacobi(recorder, stop)?,
+            Solver::CyclicReduction | Solver::Lu => system.cyclic_reduction(recorder, 1)?,
+        }
+        solutions.push(system.values);
+    }
+    emit(recorder, pass, &solutions)?;
+    recorder.give(solutions.into_iter().chain([rows]));
+    Ok(())
+}
+
+fn emit(recorder: &mut Recorder<'_>, pass: &Pass<'_>, solutions: &[wgpu::Buffer]) -> Result<()> {
+    let mut parts = pass.common();
+    parts.push(part!("diffusion/terms"));
+    parts.push(if pass.round() { part!("diffusion/fields_4") } else { part!("diffusion/fields_1") });
+    parts.push(match (pass.round(), pass.axis.columns) {
+        (false, _) => part!("diffusion/result_separable"),
+        (true, false) => part!("diffusion/result_round_rows"),
+        (true, true) => part!("diffusion/result_round_columns"),
+    });
+    parts.push(part!("diffusion/emit"));
+    let spec = Spec::new(&parts, &[("FLOOR", Constant::Flag(pass.floor))]);
+    let least = recorder.memory.least.clone();
+    let mut buffers = vec![&least, &pass.group.buffer];
+    buffers.extend(pass.fields);
+    buffers.push(&solutions[0]);
+    buffers.push(solutions.last().unwrap_or(&solutions[0]));
+    let workgroups = pass.workgroups(pass.axis.unknowns);
+    recorder.run(&spec, &pass.params(0), &buffers, workgroups)
+}
+
+impl System<'_, '_> {
+    fn set_up(&self, recorder: &mut Recorder<'_>, term: u32) -> Result<()> {
+        let pass = self.pass;
+        let columns_of_round = pass.round() && pass.axis.columns;
+        let mut parts = pass.common();
+        parts.push(part!("diffusion/terms"));
+        parts.push(if columns_of_round { part!("diffusion/fields_4") } else { part!("diffusion/fields_1") });
+        parts.push(if columns_of_round {
+            part!("diffusion/right_round_columns")
+        } else {
+            part!("diffusion/right_separable")
+        });
+        parts.push(part!("diffusion/setup"));
+        let [has_circle, has_gamma] = pass.flags();
+        let note = Constant::Flag(pass.note_least && term == 0);
+        let spec = Spec::new(&parts, &[has_circle, has_gamma, ("NOTE_LEAST", note)]);
+        let (nothing, least) = (recorder.memory.nothing.clone(), recorder.memory.least.clone());
+        let mut buffers =
+            vec![pass.circle(&nothing), pass.medium.gamma.unwrap_or(&nothing), &least, &pass.group.buffer];
+        if columns_of_round {
+            buffers.extend(pass.fields);
+        }
+        buffers.extend([&self.rows, &self.values]);
+        recorder.run(&spec, &pass.params(term), &buffers, pass.workgroups(pass.axis.unknowns))
+    }
+
+    /// Down to at most `rest` unknowns of each line, and up again.
+    fn cyclic_reduction(&self, recorder: &mut Recorder<'_>, rest: u32) -> Result<()> {
+        let pass = self.pass;
+        let lines = pass.axis.lines;
+        let spec = |parts: &[Part], constants: &[(&'static str, Constant)]| {
+            let mut all = pass.common();
+            all.push(part!("diffusion/cyclic_reduction"));
+            all.extend(parts);
+            Spec::new(&all, constants)
+        };
+        let mut levels = Vec::new();
+        let (mut fine, mut unknowns) = (0, pass.axis.unknowns);
+        while unknowns > rest {
+            let level = CyclicParams {
+                fine,
+                unknowns,
+                coarse: fine + unknowns * lines,
+                coarse_unknowns: unknowns / 2,
+                lines,
+            };
+            levels.push(level);
+            (fine, unknowns) = (level.coarse, level.coarse_unknowns);
+        }
+        let reduce = spec(&[part!("diffusion/cyclic_reduce")], &[]);
+        for level in &levels {
+            let groups = pass.workgroups(level.coarse_unknowns);
+            recorder.run(&reduce, level, &[&self.rows, &self.values], groups)?;
+        }
+        if rest > 1 && unknowns > 1 {
+            let top = CyclicParams { fine, unknowns, coarse: 0, coarse_unknowns: 0, lines };
+            let solve = spec(
+                &[part!("diffusion/reduced"), part!("diffusion/rest")],
+                &[("THREADS", Constant::Count(REST))],
+            );
+            recorder.run(&solve, &top, &[&self.rows, &self.values], [lines, 1, 1])?;
+        }
+        // The one unknown that is left of a line has no links: its mean is its value.
+        let substitute = spec(&[part!("diffusion/cyclic_substitute")], &[]);
+        for level in levels.iter().rev() {
+            let groups = pass.workgroups(level.unknowns);
+            recorder.run(&substitute, level, &[&self.rows, &self.values], groups)?;
+        }
+        Ok(())
+    }
+
+    fn jacobi(&mut self, recorder: &mut Recorder<'_>, stop: JacobiStop) -> Result<()> {
+        let pass = self.pass;
+        let (sweeps, tolerance) = match stop {
+            JacobiStop::Sweeps(sweeps) => (sweeps, None),
+            JacobiStop::Tolerance(tolerance) => (JACOBI_MOST_SWEEPS, Some(tolerance)),
+        };
+        if tolerance.is_some() && !recorder.is_host() {
+            return Err(Error::Unsupported {
+                what: "Jacobi with a tolerance in an encoder of the caller's",
+                reason: "it looks at results between sweeps; give a number of sweeps",
+            });
+        }
+        let mut parts = pass.common();
+        parts.push(part!("diffusion/jacobi"));
+        let spec = Spec::new(&parts, &[]);
+        let params = SweepParams { unknowns: pass.axis.unknowns, lines: pass.axis.lines };
+        let groups = pass.workgroups(pass.axis.unknowns);
+        let bytes = self.values.size();
+        // The first guess is the right-hand side itself.
+        let mut old = self.values.clone();
+        let mut spare = vec![recorder.take(pass.size, bytes)?, recorder.take(pass.size, bytes)?];
+        for sweep in 0..sweeps {
+            let Some(next) = spare.pop() else { break };
+            recorder.run(&spec, &params, &[&self.rows, &self.values, &old, &next], groups)?;
+            let done = match tolerance {
+                Some(tolerance) if sweep % SWEEPS_BETWEEN_LOOKS == SWEEPS_BETWEEN_LOOKS - 1 => {
+                    self.change(recorder, &old, &next)? <= tolerance
+                }
+                _ => false,
+            };
+            if old != self.values {
+                spare.push(old);
+            }
+            old = next;
+            recorder.worked(pass.area() * u64::from(pass.group.planes))?;
+            if done {
+                break;
+            }
+        }
+        spare.push(std::mem::replace(&mut self.values, old));
+        recorder.give(spare);
+        Ok(())
+    }
+
+    /// The largest change of the last sweep in parts of the largest value.
+    fn change(&self, recorder: &mut Recorder<'_>, old: &wgpu::Buffer, next: &wgpu::Buffer) -> Result<f32> {
+        let pass = self.pass;
+        let mut parts = pass.common();
+        parts.push(part!("diffusion/jacobi_change"));
+        let spec = Spec::new(&parts, &[]);
+        let params = SweepParams { unknowns: pass.axis.unknowns, lines: pass.axis.lines };
+        let largest = recorder.take(pass.size, 8)?;
+        recorder.encoder().clear_buffer(&largest, 0, None);
+        recorder.run(&spec, &params, &[old, next, &largest], pass.workgroups(pass.axis.unknowns))?;
+        let bytes = recorder.read(&largest, 8)?;
+        recorder.give([largest]);
+        let value = |at: usize| f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+        let (change, value) = (value(0), value(4));
+        Ok(if change == 0.0 { 0.0 } else { change / value })
+    }
+}

@@ -1,0 +1,203 @@
+//! What lives as long as a picture's size: buffers, their bind groups, room for uniforms.
+
+use crate::context::{Context, Kernel};
+use pullfocus_core::{Error, Result, Size};
+use std::collections::HashMap;
+
+/// Bytes between two uniforms: every device's offsets may be multiples of this.
+pub const UNIFORM_STEP: u64 = 256;
+/// Bytes of uniforms for one recording.
+const SLOT: u64 = 1 << 20;
+/// Recordings that may wait for one submission.
+pub const SLOTS: u64 = 4;
+/// Least values that one recording can keep.
+pub const LEASTS: u32 = 4096;
+
+/// Buffers of one size and more, given and taken back; and what is made of them.
+#[derive(Debug)]
+pub struct Memory {
+    spare: HashMap<u64, Vec<wgpu::Buffer>>,
+    bind_groups: HashMap<Bound, wgpu::BindGroup>,
+    /// Uniforms of the last recordings.
+    pub uniforms: wgpu::Buffer,
+    next_slot: u64,
+    /// See `partition.wgsl`.
+    pub least: wgpu::Buffer,
+    /// Stands where a kernel does not look.
+    pub nothing: wgpu::Buffer,
+    /// Bytes of all buffers that were made.
+    bytes: u64,
+    made: u64,
+}
+
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Bound {
+    kernel: u64,
+    buffers: Vec<wgpu::Buffer>,
+}
+
+impl Memory {
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn new(context: &Context) -> Result<Self> {
+        use wgpu::BufferUsages as Use;
+        let size = Size::new(1, 1);
+        let small = |bytes, usage| create(context, "working memory of a GPU", size, bytes, usage);
+        Ok(Self {
+            spare: HashMap::new(),
+            bind_groups: HashMap::new(),
+            uniforms: small(SLOT * SLOTS, Use::UNIFORM | Use::COPY_DST)?,
+            next_slot: 0,
+            least: small(4 * u64::from(LEASTS), Use::STORAGE | Use::COPY_DST)?,
+            nothing: small(64, Use::STORAGE | Use::COPY_DST)?,
+            bytes: SLOT * SLOTS,
+            made: 0,
+        })
+    }
+
+    /// Bytes of all buffers.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// How many buffers were made so far; stays while the size does.
+    pub fn made(&self) -> u64 {
+        self.made
+    }
+
+    /// Where the next recording's uniforms begin, and how many bytes they may take.
+    pub fn next_slot(&mut self) -> (u64, u64) {
+        let slot = self.next_slot;
+        self.next_slot = (slot + 1) % SLOTS;
+        (slot * SLOT, SLOT)
+    }
+
+    /// A storage buffer of `bytes` for a picture of `size`, with whatever was in it.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLimit`] or [`Error::OutOfMemory`].
+    pub fn take(&mut self, context: &Context, size: Size, bytes: u64) -> Result<wgpu::Buffer> {
+        let bytes = bytes.next_multiple_of(16).max(16);
+        if let Some(buffer) = self.spare.get_mut(&bytes).and_then(Vec::pop) {
+            return Ok(buffer);
+        }
+        check_binding(context, bytes)?;
+        use wgpu::BufferUsages as Use;
+        let buffer =
+            create(context, "a picture's planes", size, bytes, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC)?;
+        self.bytes += bytes;
+        self.made += 1;
+        Ok(buffer)
+    }
+
+    /// Takes buffers back. What was recorded before with them still holds: a device works in order.
+    pub fn give(&mut self, buffers: impl IntoIterator<Item = wgpu::Buffer>) {
+        for buffer in buffers {
+            self.spare.entry(buffer.size()).or_default().push(buffer);
+        }
+    }
+
+    /// Frees everything that belonged to another size.
+    pub fn clear(&mut self) {
+        let spare: u64 = self.spare.values().flatten().map(wgpu::Buffer::size).sum();
+        self.bytes -= spare;
+        self.spare.clear();
+        self.bind_groups.clear();
+    }
+
+    /// The bind group of a kernel over buffers alone; kept.
+    pub fn bind_group(
+        &mut self,
+        context: &Context,
+        kernel: &Kernel,
+        buffers: &[&wgpu::Buffer],
+    ) -> wgpu::BindGroup {
+        let bound = Bound { kernel: kernel.id, buffers: buffers.iter().map(|&b| b.clone()).collect() };
+        if let Some(group) = self.bind_groups.get(&bound) {
+            return group.clone();
+        }
+        let bindings: Vec<_> = buffers.iter().map(|buffer| buffer.as_entire_binding()).collect();
+        let group = bind(context, kernel, &self.uniforms, &bindings);
+        self.bind_groups.insert(bound, group.clone());
+        group
+    }
+}
+
+/// A bind group of a kernel: the uniform, then `bindings` in the order of their numbers.
+pub fn bind(
+    context: &Context,
+    kernel: &Kernel,
+    uniforms: &wgpu::Buffer,
+    bindings: &[wgpu::BindingResource<'_>],
+) -> wgpu::BindGroup {
+    let slots = &kernel.interface.slots;
+    assert_eq!(slots.len(), bindings.len() + 1, "{}: {slots:?}", kernel.label);
+    let size = match slots[0].1 {
+        crate::shader::Slot::Uniform { size } => size,
+        other => panic!("{}: {other:?} at binding 0", kernel.label),
+    };
+    let uniform = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        buffer: uniforms,
+        offset: 0,
+        size: wgpu::BufferSize::new(size),
+    });
+    let all = std::iter::once(uniform).chain(bindings.iter().cloned());
+    let entries: Vec<_> = slots
+        .iter()
+        .zip(all)
+        .map(|(&(binding, _), resource)| wgpu::BindGroupEntry { binding, resource })
+        .collect();
+    context.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(&kernel.label),
+        layout: &kernel.layout,
+        entries: &entries,
+    })
+}
+
+/// Refuses what the device cannot bind.
+///
+/// # Errors
+/// [`Error::DeviceLimit`].
+pub fn check_binding(context: &Context, bytes: u64) -> Result<()> {
+    let limits = context.limits();
+    let limit = |what, allowed| Error::DeviceLimit {
+        device: context.name().to_owned(),
+        what,
+        needed: bytes,
+        allowed,
+        instead: "render a smaller picture or on the processor, or give a device with larger limits",
+    };
+    if bytes > limits.max_storage_buffer_binding_size {
+        return Err(limit("bytes in one storage binding", limits.max_storage_buffer_binding_size));
+    }
+    if bytes > limits.max_buffer_size {
+        return Err(limit("bytes in one buffer", limits.max_buffer_size));
+    }
+    Ok(())
+}
+
+/// Makes a buffer.
+///
+/// # Errors
+/// [`Error::OutOfMemory`].
+pub fn create(
+    context: &Context,
+    what: &'static str,
+    size: Size,
+    bytes: u64,
+    usage: wgpu::BufferUsages,
+) -> Result<wgpu::Buffer> {
+    context.check()?;
+    let device = context.device();
+    let scope = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let descriptor =
+        wgpu::BufferDescriptor { label: Some(what), size: bytes, usage, mapped_at_creation: false };
+    let buffer = device.create_buffer(&descriptor);
+    let invalid = pollster::block_on(invalid.pop());
+    let memory = pollster::block_on(scope.pop());
+    match (memory, invalid) {
+        (None, None) => Ok(buffer),
+        _ => Err(Error::OutOfMemory { what, size, bytes }),
+    }
+}

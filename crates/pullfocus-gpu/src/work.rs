@@ -1,0 +1,84 @@
+//! What every step of a render has at hand.
+
+use crate::diffusion::{self, Conductivity, Medium, Tuning};
+use crate::planes::{Group, Storage};
+use crate::recorder::Recorder;
+use pullfocus_core::diffusion::Calibration;
+use pullfocus_core::{Diffusion, Frame, Integrator, Result, Settings, Size, Solver};
+
+/// One render's surroundings.
+pub struct Work<'w, 'r> {
+    /// Where passes go.
+    pub recorder: &'w mut Recorder<'r>,
+    /// The picture's size.
+    pub size: Size,
+    /// How a layer is blurred.
+    pub diffusion: Diffusion,
+    /// Pixels of height for one pixel of width.
+    pub vertical_scale: f32,
+    /// Width of the display window in pixels: what thresholds are parts of.
+    pub display_width: f32,
+    /// How planes lie in memory.
+    pub storage: Storage,
+    /// How work is cut.
+    pub tuning: Tuning,
+    /// Smallest and largest diameter of the picture, as ordered bits (`range.wgsl`); 8 bytes.
+    pub range: wgpu::Buffer,
+}
+
+/// One backward-Euler step by elimination: what fills and extends, whatever the method of the blur.
+const FILL: Diffusion = Diffusion {
+    calibration: Calibration::Variance,
+    integrator: Integrator::BackwardEuler { steps: 1 },
+    solver: Solver::Lu,
+};
+
+impl<'w, 'r> Work<'w, 'r> {
+    /// The surroundings of a render of `frame`.
+    pub fn new(
+        recorder: &'w mut Recorder<'r>,
+        frame: &Frame,
+        settings: &Settings,
+        storage: Storage,
+        tuning: Tuning,
+        range: wgpu::Buffer,
+    ) -> Self {
+        Self {
+            recorder,
+            size: frame.data.size,
+            diffusion: settings.diffusion,
+            vertical_scale: frame.vertical_scale(),
+            display_width: frame.display_width() as f32,
+            storage,
+            tuning,
+            range,
+        }
+    }
+
+    /// Blurs groups by the circle of confusion `circle` (f32; its sign does not matter) with the method of the settings.
+    /// Small negative lobes do not bring a plane below 0, nor below its own least value.
+    pub fn blur(
+        &mut self,
+        groups: &[&Group],
+        circle: &wgpu::Buffer,
+        gamma: Option<&wgpu::Buffer>,
+    ) -> Result<()> {
+        let conductivity = Conductivity::Circle(circle);
+        let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
+        diffusion::diffuse(self.recorder, self.size, groups, &medium, &self.diffusion, true, &self.tuning)
+    }
+
+    /// Smooths groups of planes of `size` evenly, as a circle of `diameter` of their pixels would; where `gamma` is given it
+    /// fills from where that is.
+    pub fn smooth(
+        &mut self,
+        size: Size,
+        groups: &[&Group],
+        diameter: f32,
+        gamma: Option<&wgpu::Buffer>,
+    ) -> Result<()> {
+        let conductivity = Conductivity::Uniform(diameter);
+        let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
+        diffusion::diffuse(self.recorder, size, groups, &medium, &FILL, false, &self.tuning)
+    }
+}
