@@ -3,6 +3,7 @@
 mod context;
 mod diffusion;
 mod host;
+mod layers;
 mod memory;
 mod planes;
 mod recorder;

@@ -1,0 +1,77 @@
+//! A foreground that was given on its own, with alpha, over the picture behind it (first paper, 3.2); the CPU's
+//! `layers::foreground` has the theory.
+
+use super::fill::fill;
+use super::over::over;
+use crate::planes::{Group, Storage, workgroups};
+use crate::shader::{Spec, part, uniform};
+use crate::work::Work;
+use pullfocus_core::Result;
+use pullfocus_core::layers::fill::{finest_step, grid_size};
+
+uniform! {
+    /// See `believed.wgsl` and `extend.wgsl`.
+    ExtendParams {
+        width: u32,
+        height: u32,
+        grid_width: u32,
+        grid_height: u32,
+        step: u32,
+        alpha: u32,
+    }
+}
+
+/// Blurs `element` (its colour planes, then alpha as plane `alpha`), in place, with the circles `coc` and lays it over
+/// `picture`, whose own circles are `behind`. Planes stand in the same groups in both.
+///
+/// # Errors
+/// As [`crate::diffusion::diffuse`].
+pub fn blur_element_over(
+    work: &mut Work<'_, '_>,
+    element: &[Group],
+    alpha: usize,
+    (coc, behind): (&wgpu::Buffer, &wgpu::Buffer),
+    picture: &[&Group],
+) -> Result<()> {
+    work.recorder.stage("foreground");
+    let circle = extend(work, &element[alpha / 4], alpha % 4, coc, behind)?;
+    let groups: Vec<&Group> = element.iter().collect();
+    work.blur(&groups, &circle, None)?;
+    work.recorder.stage("composite");
+    over(work, element, alpha, picture)?;
+    work.recorder.give([circle]);
+    Ok(())
+}
+
+/// Absolute diameters: the element's own where they can be believed, carried on from there where not.
+fn extend(
+    work: &mut Work<'_, '_>,
+    group: &Group,
+    alpha: usize,
+    coc: &wgpu::Buffer,
+    behind: &wgpu::Buffer,
+) -> Result<wgpu::Buffer> {
+    let size = work.size;
+    let step = finest_step(work.display_width);
+    let grid = grid_size(size, step);
+    let params = ExtendParams {
+        width: size.width as u32,
+        height: size.height as u32,
+        grid_width: grid.width as u32,
+        grid_height: grid.height as u32,
+        step: step as u32,
+        alpha: alpha as u32,
+    };
+    let [lane, px] = group.parts();
+    let cells = Group::take(work.recorder, grid, 4, Storage::Full)?;
+    let believed = Spec::new(&[lane, px, part!("layers/believed")], &[]);
+    let buffers = [&group.buffer, coc, behind, &cells.buffer];
+    work.recorder.run(&believed, &params, &buffers, workgroups(grid))?;
+    let filled = fill(work, grid, vec![cells])?;
+    let circle = work.recorder.take_plane(size)?;
+    let extend = Spec::new(&[lane, px, part!("layers/enlarge"), part!("layers/extend")], &[]);
+    let buffers = [&group.buffer, coc, behind, &filled[0].buffer, &circle];
+    work.recorder.run(&extend, &params, &buffers, workgroups(size))?;
+    work.recorder.give(filled.into_iter().map(|group| group.buffer));
+    Ok(circle)
+}

@@ -1,0 +1,38 @@
+// A foreground's diameters where its depth can be believed: weighted by alpha, in front of what is behind. Means over the
+// cells of the finest grid; the border's pixels stand in for those beyond.
+
+struct Params {
+    width: u32,
+    height: u32,
+    grid_width: u32,
+    grid_height: u32,
+    step: u32,
+    // Which of the group's planes is alpha.
+    alpha: u32,
+}
+
+@group(0) @binding(0) var<uniform> p: Params;
+@group(0) @binding(1) var<storage, read> element: array<Px>;
+@group(0) @binding(2) var<storage, read> coc: array<f32>;
+@group(0) @binding(3) var<storage, read> behind: array<f32>;
+@group(0) @binding(4) var<storage, read_write> cells: array<vec4f>;
+
+@compute @workgroup_size(64, 4)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= p.grid_width || id.y >= p.grid_height { return; }
+    var sum = vec2f(0.0);
+    for (var dy = 0u; dy < p.step; dy++) {
+        let y = min(id.y * p.step + dy, p.height - 1u);
+        for (var dx = 0u; dx < p.step; dx++) {
+            let at = y * p.width + min(id.x * p.step + dx, p.width - 1u);
+            let c = coc[at];
+            // Farther away is a larger signed diameter, whatever the focus.
+            if c < behind[at] {
+                let weight = clamp(lane_part(px_unpack(element[at]), p.alpha), 0.0, 1.0);
+                sum += vec2f(abs(c) * weight, weight);
+            }
+        }
+    }
+    let mean = sum / f32(p.step * p.step);
+    cells[id.y * p.grid_width + id.x] = vec4f(mean.x, 0.0, 0.0, mean.y);
+}

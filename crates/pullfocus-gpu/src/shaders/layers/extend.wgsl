@@ -1,0 +1,31 @@
+// A foreground's absolute diameters: its own where they can be believed, carried on from there where not.
+
+struct Params {
+    width: u32,
+    height: u32,
+    grid_width: u32,
+    grid_height: u32,
+    step: u32,
+    alpha: u32,
+}
+
+@group(0) @binding(0) var<uniform> p: Params;
+@group(0) @binding(1) var<storage, read> element: array<Px>;
+@group(0) @binding(2) var<storage, read> coc: array<f32>;
+@group(0) @binding(3) var<storage, read> behind: array<f32>;
+@group(0) @binding(4) var<storage, read> cells: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> circle: array<f32>;
+
+@compute @workgroup_size(64, 4)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= p.width || id.y >= p.height { return; }
+    let at = id.y * p.width + id.x;
+    let c = coc[at];
+    let alpha = lane_part(px_unpack(element[at]), p.alpha);
+    if alpha > 0.0 && c < behind[at] {
+        circle[at] = abs(c);
+        return;
+    }
+    let t = taps(id.x, id.y, p.step, vec2u(p.grid_width, p.grid_height));
+    circle[at] = enlarged(t, cells[t.i00], cells[t.i10], cells[t.i01], cells[t.i11]).x;
+}
