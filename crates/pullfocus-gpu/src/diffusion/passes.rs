@@ -3,7 +3,7 @@
 use super::{Pass, TermUniform, lanes_part, limits_part, terms};
 use crate::recorder::Recorder;
 use crate::shader::{Constant, Part, Spec, part, uniform};
-use pullfocus_core::diffusion::{JACOBI_MOST_SWEEPS, JacobiStop, Solver};
+use pullfocus_core::diffusion::{HYBRID_REST, JACOBI_MOST_SWEEPS, JacobiStop, Solver};
 use pullfocus_core::{Error, Result};
 
 uniform! {
@@ -50,8 +50,6 @@ uniform! {
     }
 }
 
-/// The hybrid's workgroup solves this many unknowns of a line at once.
-const REST: u32 = 64;
 /// Sweeps between two looks at how much they change.
 const SWEEPS_BETWEEN_LOOKS: u32 = 16;
 
@@ -121,20 +119,23 @@ impl Pass<'_> {
 pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, solver: Solver) -> Result<()> {
     // A pyramid has fewer than twice its base.
     let room = match solver {
-        Solver::CyclicReduction => 2,
+        Solver::CyclicReduction | Solver::Hybrid => 2,
         _ => 1,
     };
-    let rows = recorder.take(pass.size, room * pass.area() * pass.row_bytes())?;
+    let mut rows = recorder.take(pass.size, room * pass.area() * pass.row_bytes())?;
     let mut solutions = Vec::new();
     for term in 0..pass.scheme.terms.len() as u32 {
         let values = recorder.take(pass.size, room * pass.area() * pass.value_bytes())?;
-        let mut system = System { pass, rows: rows.clone(), values };
+        let mut system = System { pass, rows, values };
         system.set_up(recorder, term)?;
         match solver {
             Solver::Jacobi(stop) => system.jacobi(recorder, stop)?,
+            Solver::ParallelCyclicReduction => system.parallel_cyclic_reduction(recorder)?,
+            Solver::Hybrid => system.cyclic_reduction(recorder, HYBRID_REST as u32)?,
             Solver::CyclicReduction | Solver::Lu => system.cyclic_reduction(recorder, 1)?,
         }
         solutions.push(system.values);
+        rows = system.rows;
     }
     emit(recorder, pass, &solutions)?;
     recorder.give(solutions.into_iter().chain([rows]));
@@ -219,7 +220,7 @@ impl System<'_, '_> {
             let top = CyclicParams { fine, unknowns, coarse: 0, coarse_unknowns: 0, lines };
             let solve = spec(
                 &[part!("diffusion/reduced"), part!("diffusion/rest")],
-                &[("THREADS", Constant::Count(REST))],
+                &[("THREADS", Constant::Count(HYBRID_REST as u32))],
             );
             recorder.run(&solve, &top, &[&self.rows, &self.values], [lines, 1, 1])?;
         }
@@ -229,6 +230,32 @@ impl System<'_, '_> {
             let groups = pass.workgroups(level.unknowns);
             recorder.run(&substitute, level, &[&self.rows, &self.values], groups)?;
         }
+        Ok(())
+    }
+
+    fn parallel_cyclic_reduction(&mut self, recorder: &mut Recorder<'_>) -> Result<()> {
+        let pass = self.pass;
+        let mut parts = pass.common();
+        parts.push(part!("diffusion/parallel_cyclic_reduction"));
+        let spec = Spec::new(&parts, &[]);
+        let groups = pass.workgroups(pass.axis.unknowns);
+        let mut rows = recorder.take(pass.size, self.rows.size())?;
+        let mut values = recorder.take(pass.size, self.values.size())?;
+        let mut distance = 1;
+        while distance < pass.axis.unknowns {
+            let params = ParallelParams {
+                unknowns: pass.axis.unknowns,
+                lines: pass.axis.lines,
+                distance,
+                unused: 0,
+            };
+            let buffers = [&self.rows, &self.values, &rows, &values];
+            recorder.run(&spec, &params, &buffers, groups)?;
+            std::mem::swap(&mut rows, &mut self.rows);
+            std::mem::swap(&mut values, &mut self.values);
+            distance *= 2;
+        }
+        recorder.give([rows, values]);
         Ok(())
     }
 
