@@ -1,6 +1,6 @@
 //! Every option, once: the same declaration serves the command line and the settings file.
 
-use crate::values::{Label, Largest, Names, Number, Range, Unit};
+use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Unit};
 use clap::ValueEnum;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -315,6 +315,10 @@ options! {
         /// Write an 8-bit sRGB PNG of each result as well. Frames as in IN.
         #[arg(long, value_name = "FILE", help_heading = "Files")]
         preview_png: PathBuf,
+        /// What renders: auto (a GPU if there is one, else the CPU; the default), cpu, gpu, or gpu:NAME with a
+        /// part of the GPU's name. `pullfocus devices` lists them.
+        #[arg(long, value_name = "DEVICE", help_heading = "Running")]
+        device: DeviceChoice,
     }
 }
 
