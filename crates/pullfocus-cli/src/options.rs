@@ -325,7 +325,7 @@ options! {
 options! {
     /// How the program runs and what it tells.
     Run {
-        /// Number of threads; all processors by default. The result is the same for any number.
+        /// Number of threads that compute; all processors by default. The result is the same for any number.
         #[arg(long, value_name = "N", help_heading = "Running")]
         threads: u32,
         /// One JSON document on standard output, for machines.
