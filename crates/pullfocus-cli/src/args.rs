@@ -2,7 +2,7 @@
 
 use crate::config::Options;
 use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
-use crate::values::BenchSize;
+use crate::values::{BenchSize, DeviceChoice};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -26,6 +26,8 @@ Examples:
     pullfocus coc frame.exr -o coc.png --focus-distance 2.5 --f-stop 2.8
   See how far two pictures are apart:
     pullfocus compare out.exr reference.exr -o difference.png
+  See which devices there are to render on:
+    pullfocus devices
 
 Exit codes: 0 done, 1 failed, 2 asked for something that cannot be.";
 
@@ -87,6 +89,16 @@ Examples:
   pullfocus demo
   pullfocus demo -o look --preset preview";
 
+const DEVICES_EXAMPLES: &str = "\
+A software driver computes on the processor: it is slower than the CPU itself,
+and taken only by its name.
+
+Examples:
+  pullfocus devices
+  pullfocus devices --json
+  pullfocus render frame.exr -o out.exr --device gpu:radeon \\
+      --focus-distance 2.5 --f-stop 2.8";
+
 const BENCH_EXAMPLES: &str = "\
 The copy reads and writes the bytes that one diffusion must touch; small sizes
 are copied within the processor's cache, large ones in memory.
@@ -113,6 +125,9 @@ pub enum Command {
     /// Blur a shipped frame at three focus distances and two f-stops
     #[command(after_help = DEMO_EXAMPLES)]
     Demo(DemoArgs),
+    /// List the devices that can render: the CPU and every GPU
+    #[command(after_help = DEVICES_EXAMPLES)]
+    Devices(DevicesArgs),
     /// Measure how fast this machine is
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(BenchArgs),
@@ -232,9 +247,20 @@ pub struct DemoArgs {
     /// Settings by name
     #[arg(long, value_name = "NAME", default_value = "final")]
     pub preset: crate::options::PresetName,
+    /// What renders: auto, cpu, gpu, or gpu:NAME with a part of the GPU's name
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: DeviceChoice,
     /// Number of threads; all processors by default
     #[arg(long, value_name = "N")]
     pub threads: Option<u32>,
+    /// One JSON document on standard output, for machines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `devices`.
+#[derive(Debug, Args)]
+pub struct DevicesArgs {
     /// One JSON document on standard output, for machines
     #[arg(long)]
     pub json: bool,

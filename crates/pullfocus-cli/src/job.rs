@@ -9,6 +9,7 @@ use crate::purpose::Purpose;
 use crate::settings;
 use crate::storage;
 use crate::threads::check_threads;
+use pullfocus::Device;
 use pullfocus_core::{DepthDecoding, Settings};
 use pullfocus_io::images::Bits;
 use pullfocus_io::output::Existing;
@@ -35,6 +36,8 @@ pub struct Job {
     pub bits: Option<Bits>,
     /// What files may ask for.
     pub limits: Limits,
+    /// What renders.
+    pub device: Device,
     /// Number of threads; all processors if none.
     pub threads: Option<u32>,
     /// `coc`: diameter shown in full colour.
@@ -142,6 +145,11 @@ impl Job {
                 storage::NO_LIMITS
             } else {
                 Limits::default()
+            },
+            device: match purpose {
+                Purpose::Render => blur.device.clone().unwrap_or_default().0,
+                // Circles are the CPU's work alone.
+                Purpose::Coc => Device::Cpu,
             },
             threads: run.threads,
             coc_range,

@@ -14,6 +14,7 @@ pub mod frames;
 pub mod job;
 pub mod load;
 pub mod options;
+pub mod overlap;
 pub mod purpose;
 pub mod report;
 pub mod run;

@@ -1,6 +1,6 @@
 //! Every option, once: the same declaration serves the command line and the settings file.
 
-use crate::values::{Label, Largest, Names, Number, Range, Unit};
+use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Unit};
 use clap::ValueEnum;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -319,13 +319,17 @@ options! {
         /// Write an 8-bit sRGB PNG of each result as well. Frames as in IN.
         #[arg(long, value_name = "FILE", help_heading = "Files")]
         preview_png: PathBuf,
+        /// What renders: auto (a GPU if there is one, else the CPU; the default), cpu, gpu, or gpu:NAME with a
+        /// part of the GPU's name. `pullfocus devices` lists them.
+        #[arg(long, value_name = "DEVICE", help_heading = "Running")]
+        device: DeviceChoice,
     }
 }
 
 options! {
     /// How the program runs and what it tells.
     Run {
-        /// Number of threads; all processors by default. The result is the same for any number.
+        /// Number of threads that compute; all processors by default. The result is the same for any number.
         #[arg(long, value_name = "N", help_heading = "Running")]
         threads: u32,
         /// One JSON document on standard output, for machines.

@@ -8,3 +8,13 @@ pub enum Purpose {
     /// `coc`.
     Coc,
 }
+
+impl Purpose {
+    /// The command's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Render => "render",
+            Self::Coc => "coc",
+        }
+    }
+}

@@ -25,6 +25,8 @@ pub struct Document {
     pub pullfocus: &'static str,
     /// The command.
     pub command: &'static str,
+    /// The device and, where `auto` took the CPU, why; none where the run ended before it was open.
+    pub device: Option<String>,
     /// The settings used, presets filled in.
     pub settings: serde_json::Value,
     /// Each frame in the order in which it was done.
@@ -97,7 +99,7 @@ pub struct FrameReport {
     pub blended_depth_edges: Option<f32>,
     /// Milliseconds of each stage, reading and writing included, in order.
     pub stages: Vec<StageReport>,
-    /// Milliseconds for the frame.
+    /// Milliseconds spent on the frame. The frames before and after it were in work in the same time.
     pub total_ms: f64,
 }
 
@@ -108,6 +110,13 @@ pub struct StageReport {
     pub name: String,
     /// Milliseconds.
     pub ms: f64,
+}
+
+impl StageReport {
+    /// A stage that took so long.
+    pub fn new(name: &str, time: Duration) -> Self {
+        Self { name: name.to_owned(), ms: milliseconds(time) }
+    }
 }
 
 impl FrameReport {
@@ -131,7 +140,7 @@ impl FrameReport {
 
     /// Adds a stage.
     pub fn stage(&mut self, name: &str, time: Duration) {
-        self.stages.push(StageReport { name: name.to_owned(), ms: milliseconds(time) });
+        self.stages.push(StageReport::new(name, time));
     }
 
     /// Takes what the renderer tells.

@@ -64,6 +64,7 @@ fn dispatch(command: Command, cancel: &Cancel) -> Result<()> {
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Compare(args) => commands::compare::run(&args),
         Command::Demo(args) => commands::demo::run(&args, cancel),
+        Command::Devices(args) => commands::devices::run(&args),
         Command::Bench(args) => commands::bench::run(&args, cancel),
         Command::Completions { shell } => {
             // Into memory first: clap_complete panics where standard output is closed.

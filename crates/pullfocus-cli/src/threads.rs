@@ -18,14 +18,23 @@ pub fn check_threads(threads: Option<u32>) -> Result<()> {
     }
 }
 
-/// Runs `work` on a pool of so many threads; as many as there are processors if nothing is said.
+/// Makes the process's one pool, of so many threads; as many as there are processors if nothing is said. Whatever
+/// is done in parallel after that runs on it, from whichever thread.
 ///
 /// # Errors
-/// Those of `work`; a number of threads that cannot be had.
-pub fn in_pool<T: Send>(threads: Option<u32>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+/// A number of threads that cannot be had; a pool that is there already.
+pub fn start_pool(threads: Option<u32>) -> Result<()> {
     check_threads(threads)?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0) as usize).build().map_err(
+    rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0) as usize).build_global().map_err(
         |error| Failure::failed(format!("the threads could not be started: {error}; try --threads 1")),
-    )?;
-    pool.install(work)
+    )
+}
+
+/// Runs `work` on the pool of [`start_pool`], which it makes.
+///
+/// # Errors
+/// Those of `work`, and as [`start_pool`].
+pub fn in_pool<T: Send>(threads: Option<u32>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    start_pool(threads)?;
+    rayon::scope(|_| work())
 }

@@ -1,5 +1,6 @@
 //! Values that people write in more than one way, on the command line and in a settings file alike.
 
+use pullfocus::Device;
 use pullfocus_core::Size;
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use std::fmt;
@@ -219,7 +220,19 @@ impl FromStr for BenchSize {
     }
 }
 
-from_text!(Number, Unit, Largest, Range, Names, Label);
+/// Which device renders: `auto`, `cpu`, `gpu` or `gpu:NAME`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct DeviceChoice(pub Device);
+
+impl FromStr for DeviceChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.parse().map(Self).map_err(|error: pullfocus::ParseDeviceError| error.to_string())
+    }
+}
+
+from_text!(Number, Unit, Largest, Range, Names, Label, DeviceChoice);
 
 #[cfg(test)]
 mod tests {
@@ -243,6 +256,13 @@ mod tests {
         for text in ["1920", "0x5", "axb", "99999x99999", "18446744073709551615x2"] {
             assert!(text.parse::<BenchSize>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn devices_are_read() {
+        assert_eq!("gpu:RTX 4090".parse(), Ok(DeviceChoice(Device::Gpu(Some("RTX 4090".into())))));
+        assert_eq!("cpu".parse(), Ok(DeviceChoice(Device::Cpu)));
+        assert!("gpu0".parse::<DeviceChoice>().unwrap_err().contains("gpu:NAME"));
     }
 
     #[test]

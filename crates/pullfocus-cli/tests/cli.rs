@@ -10,7 +10,7 @@ const LENS: [&str; 8] =
 
 #[test]
 fn help_teaches_with_examples() {
-    for command in ["render", "coc", "inspect", "compare", "demo", "bench"] {
+    for command in ["render", "coc", "inspect", "compare", "demo", "devices", "bench"] {
         let help = ok(pullfocus([command, "--help"]));
         assert!(
             help.contains("Example") && help.contains(&format!("pullfocus {command}")),
@@ -24,7 +24,7 @@ fn help_teaches_with_examples() {
         let longest = examples.lines().map(str::len).max().unwrap_or(0);
         assert!(longest < 80, "{longest}: {examples}");
     }
-    for command in ["render", "coc", "inspect", "compare", "demo", "bench", "completions"] {
+    for command in ["render", "coc", "inspect", "compare", "demo", "devices", "bench", "completions"] {
         assert!(all.contains(command), "{command}");
     }
     let render = ok(pullfocus(["render", "--help"]));
@@ -454,7 +454,7 @@ fn quiet_is_quiet() {
 fn completions_are_written_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = ok(pullfocus(["completions", shell]));
-        assert!(script.contains("focus-distance"), "{shell}");
+        assert!(script.contains("focus-distance") && script.contains("devices"), "{shell}");
     }
 }
 

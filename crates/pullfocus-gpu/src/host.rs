@@ -61,7 +61,10 @@ pub enum Choice {
 fn instance() -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
-    descriptor.flags = wgpu::InstanceFlags::from_build_config().with_env();
+    // Validation layers, where they are installed; without names and sources in shaders, which older layers refuse.
+    let checked =
+        if cfg!(debug_assertions) { wgpu::InstanceFlags::VALIDATION } else { wgpu::InstanceFlags::empty() };
+    descriptor.flags = checked.with_env();
     wgpu::Instance::new(descriptor)
 }
 

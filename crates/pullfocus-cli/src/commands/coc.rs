@@ -2,18 +2,17 @@
 
 use crate::args::CocArgs;
 use crate::commands::render::run_options;
-use crate::console::Console;
 use crate::draw::Canvas;
 use crate::failure::{Failure, Result};
 use crate::frames::FrameFiles;
 use crate::job::Job;
-use crate::load::{self, LoadedFrame};
+use crate::load::LoadedFrame;
+use crate::overlap::Made;
 use crate::purpose::Purpose;
-use crate::report::{Document, FrameReport};
+use crate::report::Document;
 use crate::storage;
 use pullfocus::Renderer;
 use pullfocus_core::{Cancel, Plane};
-use std::time::Instant;
 
 /// Runs `coc`.
 ///
@@ -26,54 +25,51 @@ pub fn run(args: CocArgs, cancel: &Cancel) -> Result<()> {
         Ok(options) => options,
         Err(failure) => return Document::refused("coc", failure, json),
     };
-    let mut coc = Plane::default();
-    run_options(&options, "coc", Purpose::Coc, cancel, &mut |job, renderer, files, console| {
-        one(job, renderer, files, console, cancel, &mut coc)
-    })
+    run_options(&options, Purpose::Coc, (circles, write), cancel)
 }
 
-fn one(
+fn circles(
     job: &Job,
     renderer: &mut Renderer,
     files: &FrameFiles,
-    console: &mut Console,
+    loaded: LoadedFrame,
     cancel: &Cancel,
-    coc: &mut Plane,
-) -> Result<FrameReport> {
-    let mut report = FrameReport::new(files.inputs(), files.outputs());
-    let start = Instant::now();
-    let LoadedFrame { scene, target, camera, distance, warnings, .. } = load::load(job, files, cancel)?;
-    report.stage("read", start.elapsed());
-    for warning in warnings {
-        console.warn(warning);
-    }
-    report.size = Some([scene.frame.data.size.width, scene.frame.data.size.height]);
-    report.distance = Some(distance);
-    let (camera, values) = match camera {
-        Some(resolved) => (Some(resolved.camera), resolved.values),
-        None => (None, Vec::new()),
-    };
-    report.camera = values;
+) -> Result<Made> {
+    let (mut made, scene, camera) = Made::begin(files, loaded);
+    // What is told of a frame that was blurred.
+    made.report.channels = Vec::new();
+    let mut coc = Plane::default();
     let found = renderer
-        .circle_of_confusion(&scene.frame, &scene.base.distance, camera.as_ref(), &job.settings, cancel, coc)
+        .circle_of_confusion(
+            &scene.frame,
+            &scene.base.distance,
+            camera.as_ref(),
+            &job.settings,
+            cancel,
+            &mut coc,
+        )
         .map_err(|error| Failure::Failed(anyhow::Error::from(error).context(files.name())))?;
-    report.take(&found);
-    report.layers = None;
-    let [low, high] = found.coc_range;
+    made.report.take(&found);
+    made.report.layers = None;
+    made.picture = scene.base.picture;
+    made.coc = coc;
+    Ok(made)
+}
+
+fn write(job: &Job, files: &FrameFiles, made: &mut Made) -> Result<()> {
+    let (coc, [low, high]) = (&made.coc, made.report.coc_range_px.unwrap_or_default());
     let range = job.coc_range.unwrap_or_else(|| low.abs().max(high.abs()));
-    let start = Instant::now();
     // Black where there are no pixels.
     let canvas = || -> Result<Canvas> {
-        Ok(Canvas::from_coc(&storage::on_display(coc, &scene.frame, f32::NAN)?, range))
+        Ok(Canvas::from_coc(&storage::on_display(coc, &made.frame, f32::NAN)?, range))
     };
     if storage::is_exr(&files.output) {
-        storage::save_with_coc(&target, &scene.frame, &scene.base.picture, coc, &files.output, job.existing)?;
+        storage::save_with_coc(&made.target, &made.frame, &made.picture, coc, &files.output, job.existing)?;
     } else {
         storage::save_canvas(&canvas()?, &files.output, job.existing)?;
     }
     if let Some(preview) = &files.preview_png {
         storage::save_canvas(&canvas()?, preview, job.existing)?;
     }
-    report.stage("write", start.elapsed());
-    Ok(report)
+    Ok(())
 }

@@ -20,6 +20,7 @@ use pullfocus_core::{Cancel, Distance, Picture, Plane, Scene};
 use pullfocus_io::output::Existing;
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -45,15 +46,16 @@ const SHEET: &str = "contact-sheet.png";
 /// A directory that cannot be written to, cancellation.
 pub fn run(args: &DemoArgs, cancel: &Cancel) -> Result<()> {
     let start = Instant::now();
-    let mut reports = Vec::new();
-    let result = in_pool(args.threads, || demo(args, cancel, &mut reports));
+    let mut told = Told::default();
+    let result = in_pool(args.threads, || demo(args, cancel, &mut told));
     if args.json {
         let document = Document {
             pullfocus: env!("CARGO_PKG_VERSION"),
             command: "demo",
+            device: told.device,
             settings: serde_json::json!({ "preset": format!("{:?}", args.preset).to_lowercase() }),
-            frames: reports,
-            warnings: Vec::new(),
+            frames: told.frames,
+            warnings: told.warnings,
             error: result.as_ref().err().map(ToString::to_string),
             total_ms: milliseconds(start.elapsed()),
         };
@@ -65,6 +67,14 @@ pub fn run(args: &DemoArgs, cancel: &Cancel) -> Result<()> {
         print_line(&format!("  {}", command_line(&args.output, 3.0, 1.4, "mine.png")));
     }
     result
+}
+
+/// What there is to tell of a demonstration.
+#[derive(Debug, Default)]
+struct Told {
+    device: Option<String>,
+    frames: Vec<FrameReport>,
+    warnings: Vec<String>,
 }
 
 /// The command that does what one of the demo's lines did.
@@ -79,7 +89,7 @@ fn command_line(folder: &Path, focus: f64, f_stop: f64, output: &str) -> String 
     )
 }
 
-fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Result<()> {
+fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
     let folder = &args.output;
     let say = |line: &str| {
         if !args.json {
@@ -94,6 +104,9 @@ fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Res
     }
     let options = options(folder, args);
     let job = Job::new(&options, Purpose::Render)?;
+    let mut renderer = Renderer::open(&job.device)?;
+    say(&format!("device: {}", renderer.device_text()));
+    told.device = Some(renderer.device_text());
     let begin = Instant::now();
     let LoadedFrame { scene, target, .. } = load::load(&job, &job.frames[0], cancel)?;
     let size = scene.frame.data.size;
@@ -108,7 +121,6 @@ fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Res
     sheet.add(0, 1, &Canvas::from_inverse_depth(&inverse_depth(&scene)?), "depth: near is bright");
     sheet.add(0, 2, &Canvas::from_picture(&near(&scene)), "the near layer alone");
 
-    let mut renderer = Renderer::new();
     for (column, (what, focus)) in FOCUS.into_iter().enumerate() {
         for (row, f_stop) in F_STOPS.into_iter().enumerate() {
             cancel.check()?;
@@ -128,6 +140,10 @@ fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Res
                 sheet.add(column + 1, 0, &Canvas::from_coc(&coc, most), &label);
             }
             let rendered = renderer.render(&mut scene, Some(&resolved.camera), &job.settings, cancel)?;
+            if let Some(sentence) = renderer.fell_back().filter(|&it| told.warnings.iter().all(|w| w != it)) {
+                let _ = writeln!(std::io::stderr(), "pullfocus: warning: {sentence}");
+                told.warnings.push(sentence.to_owned());
+            }
             let name = format!("focus-{}-f{f_stop}", place.replace(' ', ""));
             let outputs: Vec<PathBuf> =
                 ["exr", "png"].iter().map(|ending| folder.join(format!("{name}.{ending}"))).collect();
@@ -157,7 +173,7 @@ fn demo(args: &DemoArgs, cancel: &Cancel, reports: &mut Vec<FrameReport>) -> Res
                 &Canvas::from_picture(&picture),
                 &format!("focus on {what}, {place}, f/{f_stop}"),
             );
-            reports.push(report);
+            told.frames.push(report);
         }
     }
     storage::save_canvas(&sheet.canvas, &folder.join(SHEET), Existing::Replace)?;
@@ -182,7 +198,7 @@ fn options(folder: &Path, args: &DemoArgs) -> Options {
             sensor_width: Some(Number(SENSOR_WIDTH_MM)),
             ..Lens::default()
         },
-        blur: Blur { preset: Some(args.preset), ..Blur::default() },
+        blur: Blur { preset: Some(args.preset), device: Some(args.device.clone()), ..Blur::default() },
         ..Options::default()
     }
 }

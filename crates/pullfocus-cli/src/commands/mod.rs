@@ -4,5 +4,6 @@ pub mod bench;
 pub mod coc;
 pub mod compare;
 pub mod demo;
+pub mod devices;
 pub mod inspect;
 pub mod render;

@@ -1,20 +1,22 @@
-//! `pullfocus render`: frames go through the lens, one after the other, with the same buffers.
+//! `pullfocus render`: frames go through the lens, one after the other, with the same buffers. Here is also what
+//! `render` and `coc` share: a run over all frames, and what is told of it.
 
 use crate::args::RenderArgs;
 use crate::config::Options;
-use crate::console::{Console, seconds};
+use crate::console::{Console, milliseconds, seconds};
 use crate::failure::{Failure, Result};
 use crate::frames::FrameFiles;
 use crate::job::Job;
-use crate::load::{self, LoadedFrame};
+use crate::load::LoadedFrame;
+use crate::overlap::{self, Arrival, Compute, Made};
 use crate::purpose::Purpose;
 use crate::report::{Document, FrameReport, Outcome};
 use crate::storage;
-use crate::threads::in_pool;
+use crate::threads::start_pool;
 use pullfocus::Renderer;
 use pullfocus_core::{Cancel, Error};
 use pullfocus_io::FileError;
-use pullfocus_io::output::{Need, STALE_AFTER, clean_leftovers};
+use pullfocus_io::output::{STALE_AFTER, clean_leftovers};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Instant;
@@ -30,14 +32,11 @@ pub fn run(args: RenderArgs, cancel: &Cancel) -> Result<()> {
         Ok(options) => options,
         Err(failure) => return Document::refused("render", failure, json),
     };
-    run_options(&options, "render", Purpose::Render, cancel, &mut |job, renderer, files, console| {
-        one(job, renderer, files, console, cancel)
-    })
+    run_options(&options, Purpose::Render, (blur, write), cancel)
 }
 
-/// Does one frame.
-pub type DoFrame<'a> =
-    dyn FnMut(&Job, &mut Renderer, &FrameFiles, &mut Console) -> Result<FrameReport> + Send + 'a;
+/// Writes what was computed.
+pub type Write = fn(&Job, &FrameFiles, &mut Made) -> Result<()>;
 
 /// Runs a job over all of its frames, and tells of it.
 ///
@@ -45,12 +44,12 @@ pub type DoFrame<'a> =
 /// [`Failure`], which with `--json` is told on standard output too.
 pub fn run_options(
     options: &Options,
-    command: &'static str,
     purpose: Purpose,
+    (compute, write): (Compute, Write),
     cancel: &Cancel,
-    do_frame: &mut DoFrame,
 ) -> Result<()> {
     let start = Instant::now();
+    let command = purpose.name();
     let mut console = Console::new(&options.run);
     let mut job = match Job::new(options, purpose) {
         Ok(job) => job,
@@ -59,18 +58,21 @@ pub fn run_options(
     for warning in std::mem::take(&mut job.warnings) {
         console.warn(warning);
     }
-    let mut reports = Vec::new();
-    let result = in_pool(job.threads, || all(&job, &mut reports, &mut console, cancel, do_frame));
+    let mut told = Told::default();
+    let result = start_pool(job.threads)
+        .and_then(|()| all(&job, purpose, (compute, write), &mut told, &mut console, cancel));
     console.finish();
+    let Told { device, frames: reports, .. } = told;
     let result = result.map_err(|failure| stopped(failure, &job, &reports, cancel));
     let document = Document {
         pullfocus: env!("CARGO_PKG_VERSION"),
         command,
+        device,
         settings: serde_json::to_value(&job.settings).map_err(anyhow::Error::from)?,
         frames: reports,
         warnings: console.take_warnings(),
         error: result.as_ref().err().map(ToString::to_string),
-        total_ms: crate::console::milliseconds(start.elapsed()),
+        total_ms: milliseconds(start.elapsed()),
     };
     if console.json {
         crate::report::print(&document)?;
@@ -87,42 +89,60 @@ pub fn run_options(
     result
 }
 
+/// What was told so far.
+#[derive(Debug, Default)]
+struct Told {
+    device: Option<String>,
+    camera: String,
+    frames: Vec<FrameReport>,
+}
+
 fn all(
     job: &Job,
-    reports: &mut Vec<FrameReport>,
+    purpose: Purpose,
+    (compute, write): (Compute, Write),
+    told: &mut Told,
     console: &mut Console,
     cancel: &Cancel,
-    do_frame: &mut DoFrame,
 ) -> Result<()> {
     // Before any work: a name that is taken by the last frame should not cost the night.
     for files in &job.frames {
         files.need(job.existing)?;
     }
     sweep(job, console);
-    let mut renderer = Renderer::new();
     console.start(job.frames.len());
-    let mut camera_told = String::new();
-    for files in &job.frames {
-        cancel.check()?;
-        let start = Instant::now();
-        let mut report = if files.need(job.existing)? == Need::Finished {
-            FrameReport { outcome: Outcome::Skipped, ..FrameReport::new(files.inputs(), files.outputs()) }
-        } else {
-            do_frame(job, &mut renderer, files, console)?
+    overlap::run(job, compute, cancel, &mut |files, arrival| {
+        let report = match arrival {
+            Arrival::Device(device) => {
+                if purpose == Purpose::Render {
+                    console.say(format!("device: {device}"));
+                }
+                told.device = Some(device);
+                return Ok(());
+            }
+            Arrival::Kept(report) => report,
+            Arrival::Made(mut made, time) => {
+                std::mem::take(&mut made.warnings).into_iter().for_each(|warning| console.warn(warning));
+                cancel.check()?;
+                let start = Instant::now();
+                write(job, files, &mut made)?;
+                made.report.stage("write", start.elapsed());
+                made.report.total_ms = milliseconds(time + start.elapsed());
+                made.report
+            }
         };
-        report.total_ms = crate::console::milliseconds(start.elapsed());
         let camera = report.camera_text();
-        if !camera.is_empty() && camera != camera_told {
+        if !camera.is_empty() && camera != told.camera {
             console.say(format!("camera: {camera}"));
-            camera_told = camera;
+            told.camera = camera;
         }
         if !console.has_bar() || console.verbose {
             tell(&report, console);
         }
         console.step();
-        reports.push(report);
-    }
-    Ok(())
+        told.frames.push(report);
+        Ok(())
+    })
 }
 
 /// Removes what killed runs have left beside the outputs.
@@ -183,47 +203,35 @@ fn stopped(failure: Failure, job: &Job, reports: &[FrameReport], cancel: &Cancel
     ))
 }
 
-/// Reads, renders and writes one frame.
-fn one(
+/// Blurs one frame.
+fn blur(
     job: &Job,
     renderer: &mut Renderer,
     files: &FrameFiles,
-    console: &mut Console,
+    loaded: LoadedFrame,
     cancel: &Cancel,
-) -> Result<FrameReport> {
-    let mut report = FrameReport::new(files.inputs(), files.outputs());
-    let start = Instant::now();
-    let LoadedFrame { mut scene, target, camera, distance, channels, warnings } =
-        load::load(job, files, cancel)?;
-    report.stage("read", start.elapsed());
-    for warning in warnings {
-        console.warn(warning);
-    }
-    report.size = Some([scene.frame.data.size.width, scene.frame.data.size.height]);
-    report.channels = channels;
-    report.distance = Some(distance);
-    let (camera, values) = match camera {
-        Some(resolved) => (Some(resolved.camera), resolved.values),
-        None => (None, Vec::new()),
-    };
-    report.camera = values;
+) -> Result<Made> {
+    let (mut made, mut scene, camera) = Made::begin(files, loaded);
     let rendered = renderer
         .render(&mut scene, camera.as_ref(), &job.settings, cancel)
         .map_err(|error| Failure::Failed(anyhow::Error::from(error).context(files.name())))?;
     if rendered.depth_looks_anti_aliased() && !job.settings.repair_depth {
-        console.warn(format!(
+        made.warnings.push(format!(
             "{}: depth looks anti-aliased ({:.0} % of its edges hold values in between); --repair-depth mends it",
             files.name(),
             100.0 * rendered.blended_depth_edges.unwrap_or_default()
         ));
     }
-    report.take(&rendered);
-    let start = Instant::now();
-    let mut picture = std::mem::take(&mut scene.base.picture);
-    storage::save(&target, &mut picture, &files.output, job.bits, job.existing)?;
+    made.warnings.extend(renderer.fell_back().map(str::to_owned));
+    made.report.take(&rendered);
+    made.picture = scene.base.picture;
+    Ok(made)
+}
+
+fn write(job: &Job, files: &FrameFiles, made: &mut Made) -> Result<()> {
+    storage::save(&made.target, &mut made.picture, &files.output, job.bits, job.existing)?;
     if let Some(preview) = &files.preview_png {
-        storage::save_preview(&target, &picture, preview, job.existing)?;
+        storage::save_preview(&made.target, &made.picture, preview, job.existing)?;
     }
-    report.stage("write", start.elapsed());
-    Ok(report)
+    Ok(())
 }

@@ -1,5 +1,8 @@
 //! Frames made up for the tests, and the program run on them.
 
+// Each file of tests uses a part of it.
+#![allow(dead_code)]
+
 use pullfocus_core::{Frame, Plane, Size, Window};
 use pullfocus_io::{AttributeValue, SampleType, write_exr};
 use std::ffi::OsStr;

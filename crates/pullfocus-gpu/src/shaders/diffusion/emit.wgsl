@@ -23,7 +23,7 @@ fn floored(value: Lane) -> Lane {
     for (var c = 0u; c < WIDTH; c++) {
         low = lane_with(low, c, -bitcast<f32>(atomicLoad(&least[p.least_at + c])));
     }
-    return max(value, low);
+    return raised(value, low);
 }
 
 @compute @workgroup_size(64, 4)

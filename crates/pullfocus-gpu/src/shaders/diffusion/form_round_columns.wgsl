@@ -22,7 +22,7 @@ fn work(least_at: u32) {
     var low = Lane(-3.4e38);
     if FLOOR { low = read_least(least_at); }
     for (var j = 0u; j < K; j++) {
-        q[j] = max(summed(q[j], re[j], kept[j], v_re(values[j])), low);
+        q[j] = raised(summed(q[j], re[j], kept[j], v_re(values[j])), low);
     }
     write_chunk(0u, &q);
 }

@@ -12,7 +12,7 @@ fn work(least_at: u32) {
     var low = Lane(-3.4e38);
     if FLOOR { low = read_least(least_at); }
     for (var j = 0u; j < K; j++) {
-        lanes[j] = max(v_re(values[j]) - p.terms[0].h * v_im(values[j]), low);
+        lanes[j] = raised(v_re(values[j]) - p.terms[0].h * v_im(values[j]), low);
     }
     write_chunk(0u, &lanes);
 }

@@ -15,6 +15,9 @@ fn mixed(mix: vec4f, re_0: Lane, im_0: Lane, re_1: Lane, im_1: Lane) -> Lane {
     return re_0 * mix.w + mix.x * im_0 + mix.y * (re_1 - re_0) + mix.z * im_1;
 }
 
+// At least `low`; a 0 keeps its sign.
+fn raised(value: Lane, low: Lane) -> Lane { return select(value, low, value < low); }
+
 // What a column's two solutions add up to: the picture's own value where they change nothing.
 fn summed(q: Lane, re: Lane, re_0: Lane, re_1: Lane) -> Lane {
     // As the right-hand side was, to the bit.
