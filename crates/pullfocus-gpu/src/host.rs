@@ -214,6 +214,21 @@ impl Host {
         self.tuning = tuning;
     }
 
+    /// How planes lie in the device's memory.
+    pub fn storage(&self) -> Storage {
+        self.storage
+    }
+
+    /// How work is cut.
+    pub fn tuning(&self) -> Tuning {
+        self.tuning
+    }
+
+    /// The context and the buffers, to record with.
+    pub(crate) fn parts(&mut self) -> (&Context, &mut Memory) {
+        (&self.context, &mut self.memory)
+    }
+
     /// Diffuses planes in place, through the circle of confusion `circle` (diameters in pixels), with specific heat `gamma`
     /// where it is given; the same as `pullfocus_cpu::diffusion::diffuse`.
     ///

@@ -24,14 +24,14 @@ const WORK_OF_PROCESSOR: u64 = 6_000_000;
 pub struct Recorder<'a> {
     pub context: &'a Context,
     pub memory: &'a mut Memory,
-    sink: Sink<'a>,
+    pub sink: Sink<'a>,
     pass: Option<wgpu::ComputePass<'static>>,
     uniforms: Vec<u8>,
     known: HashMap<Vec<u8>, u32>,
     slot: (u64, u64),
     written: usize,
     leasts: u32,
-    timer: Option<&'a mut crate::timer::Timer>,
+    pub timer: Option<&'a mut crate::timer::Timer>,
     work_limit: u64,
 }
 
@@ -190,6 +190,11 @@ impl<'a> Recorder<'a> {
         })
     }
 
+    /// Ends the compute pass that is open.
+    pub fn end_pass(&mut self) {
+        self.pass = None;
+    }
+
     /// The encoder, outside any pass.
     pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.pass = None;
@@ -284,7 +289,8 @@ impl<'a> Recorder<'a> {
     }
 }
 
-fn open<'s>(context: &Context, sink: &'s mut Sink<'_>) -> &'s mut wgpu::CommandEncoder {
+/// The encoder of a sink.
+pub fn open<'s>(context: &Context, sink: &'s mut Sink<'_>) -> &'s mut wgpu::CommandEncoder {
     match sink {
         Sink::Encoder(encoder) => encoder,
         Sink::Host { encoder, .. } => encoder.get_or_insert_with(|| {

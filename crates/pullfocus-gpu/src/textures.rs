@@ -3,7 +3,7 @@
 use crate::context::{self, Context};
 use crate::memory::bind_to;
 use crate::planes::{Group, Storage, workgroups};
-use crate::recorder::Recorder;
+use crate::recorder::{self, Recorder};
 use crate::shader::{self, Slot, Spec, part, uniform};
 use pullfocus_core::{Error, Result, Size};
 use std::sync::Arc;
@@ -80,16 +80,26 @@ pub fn store(
         &recorder.memory.uniforms,
         &[group.buffer.as_entire_binding()],
     );
-    let mut pass = recorder.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("pullfocus store"),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: texture,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-        })],
-        ..Default::default()
+    recorder.end_pass();
+    let stamps = recorder.timer.as_mut().and_then(|timer| timer.writes()).map(|writes| {
+        wgpu::RenderPassTimestampWrites {
+            query_set: writes.query_set,
+            beginning_of_pass_write_index: writes.beginning_of_pass_write_index,
+            end_of_pass_write_index: writes.end_of_pass_write_index,
+        }
     });
+    let mut pass =
+        recorder::open(recorder.context, &mut recorder.sink).begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("pullfocus store"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: texture,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            timestamp_writes: stamps,
+            ..Default::default()
+        });
     pass.set_pipeline(&kernel.pipeline);
     pass.set_bind_group(0, &bind_group, &[offset]);
     pass.set_viewport(0.0, 0.0, size.width as f32, size.height as f32, 0.0, 1.0);
