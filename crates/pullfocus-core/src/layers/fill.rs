@@ -7,7 +7,7 @@
 use crate::size::Size;
 use crate::split::unit;
 
-/// Standard deviation in units ([`unit`]) and grid step in nodes of the finest grid, from fine to coarse.
+/// Standard deviation in units ([`unit()`]) and grid step in nodes of the finest grid, from fine to coarse.
 pub const SCALES: [(f32, usize); 4] = [(1.5, 1), (4.0, 2), (12.0, 8), (64.0, 16)];
 
 /// What the coarser scale weighs beside the finer one's own (eps).
