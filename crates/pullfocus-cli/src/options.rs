@@ -268,6 +268,10 @@ pub enum SolverName {
     Lu,
     /// Cyclic reduction: exact
     CyclicReduction,
+    /// Parallel cyclic reduction: exact
+    ParallelCyclicReduction,
+    /// Cyclic reduction until few unknowns are left, then the parallel form: exact
+    Hybrid,
     /// Jacobi sweeps: approximate
     Jacobi,
 }

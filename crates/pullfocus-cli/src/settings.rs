@@ -121,8 +121,10 @@ fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
             Solver::Jacobi(JacobiStop::Tolerance(t as f32))
         }
         (Some(SolverName::Jacobi), None, None) => Solver::Jacobi(JacobiStop::default()),
-        (_, None, None) if blur.solver == Some(SolverName::CyclicReduction) => Solver::CyclicReduction,
-        (_, None, None) => Solver::Lu,
+        (Some(SolverName::CyclicReduction), None, None) => Solver::CyclicReduction,
+        (Some(SolverName::ParallelCyclicReduction), None, None) => Solver::ParallelCyclicReduction,
+        (Some(SolverName::Hybrid), None, None) => Solver::Hybrid,
+        (Some(SolverName::Lu) | None, None, None) => Solver::Lu,
         _ => return usage("--sweeps and --tolerance go with --solver jacobi"),
     };
     let calibration = match blur.calibration {
@@ -218,6 +220,14 @@ mod tests {
         assert_eq!(single.layering, Layering::Single);
         assert_eq!(single.diffusion.calibration, Calibration::Kass);
         assert_eq!(single.diffusion.solver, Solver::CyclicReduction);
+        let exact = [
+            ("lu", Solver::Lu),
+            ("parallel-cyclic-reduction", Solver::ParallelCyclicReduction),
+            ("hybrid", Solver::Hybrid),
+        ];
+        for (name, solver) in exact {
+            assert_eq!(made(&format!("solver = '{name}'")).unwrap().diffusion.solver, solver, "{name}");
+        }
         let jacobi = made("solver = 'jacobi'\nsweeps = 50").unwrap();
         assert_eq!(jacobi.diffusion.solver, Solver::Jacobi(JacobiStop::Sweeps(50)));
         let coc = made("max-coc = '3%'\nfront = 0.5\nback = 2\nprotect = '1,2'").unwrap().coc;
@@ -237,6 +247,7 @@ mod tests {
         refused("layers = 40", "between 1 and 16");
         refused("layer-threshold = 0.1", "background");
         refused("sweeps = 4", "--solver jacobi");
+        refused("solver = 'hybrid'\nsweeps = 4", "--solver jacobi");
         refused("solver = 'jacobi'\nsweeps = 4\ntolerance = 0.1", "one of them");
         refused("solver = 'jacobi'\ntolerance = 2", "between 0 and 1");
         refused("front = -1", "--front");

@@ -138,6 +138,7 @@ mod tests {
         let preview = "preset = 'preview'\n";
         over("steps = 2", &format!("{preview}integrator = 'rational'"), &format!("{preview}steps = 2"));
         over("solver = 'lu'", "solver = 'jacobi'\nsweeps = 9", "solver = 'lu'");
+        over("solver = 'hybrid'", "solver = 'jacobi'\ntolerance = 0.1", "solver = 'hybrid'");
         over("sweeps = 9", "solver = 'jacobi'\ntolerance = 0.1", "solver = 'jacobi'\nsweeps = 9");
         over("tolerance = 0.1", "solver = 'jacobi'\nsweeps = 9", "solver = 'jacobi'\ntolerance = 0.1");
     }

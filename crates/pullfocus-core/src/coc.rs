@@ -81,11 +81,16 @@ pub const LARGEST_IN_WIDTHS: f64 = 4.0;
 /// The lens's formula with a user's settings on top, ready for pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CocCurve {
-    formula: CocFormula,
-    front: f64,
-    back: f64,
-    max: f64,
-    protect: Option<[f64; 2]>,
+    /// The lens's formula.
+    pub formula: CocFormula,
+    /// Factor on diameters in front.
+    pub front: f64,
+    /// Factor on diameters behind.
+    pub back: f64,
+    /// Largest absolute diameter in pixels.
+    pub max: f64,
+    /// Diameters of the near and the far end of the range that stays sharp.
+    pub protect: Option<[f64; 2]>,
 }
 
 impl CocCurve {

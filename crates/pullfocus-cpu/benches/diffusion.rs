@@ -28,13 +28,18 @@ const EULER: Diffusion = Diffusion {
     solver: Solver::Lu,
 };
 
-fn methods() -> [(&'static str, Diffusion); 5] {
+fn methods() -> [(&'static str, Diffusion); 7] {
     let rational = Integrator::Rational(Rational::GAUSSIAN);
     [
         ("backward-euler", EULER),
         ("rational", Diffusion { integrator: rational, ..EULER }),
         ("disc", Diffusion { integrator: Integrator::Disc, ..EULER }),
         ("backward-euler, cyclic reduction", Diffusion { solver: Solver::CyclicReduction, ..EULER }),
+        (
+            "backward-euler, parallel cyclic reduction",
+            Diffusion { solver: Solver::ParallelCyclicReduction, ..EULER },
+        ),
+        ("backward-euler, hybrid", Diffusion { solver: Solver::Hybrid, ..EULER }),
         ("backward-euler, 10 sweeps", Diffusion { solver: Solver::Jacobi(JacobiStop::Sweeps(10)), ..EULER }),
     ]
 }

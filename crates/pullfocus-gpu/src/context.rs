@@ -1,6 +1,7 @@
 //! What lives as long as a device: the device itself, its limits, its pipelines.
 
 use crate::shader::{self, Interface, Slot, Spec, Uniform};
+use crate::textures::RenderKernel;
 use pullfocus_core::{Error, Result};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,6 +22,7 @@ struct Inner {
     name: String,
     limits: wgpu::Limits,
     kernels: Mutex<HashMap<Spec, Arc<Kernel>>>,
+    render_kernels: Mutex<HashMap<(Spec, wgpu::TextureFormat), Arc<RenderKernel>>>,
     lost: Arc<Mutex<Option<String>>>,
 }
 
@@ -52,6 +54,7 @@ impl Context {
                 name: device.adapter_info().name,
                 limits: device.limits(),
                 kernels: Mutex::default(),
+                render_kernels: Mutex::default(),
                 lost,
             }),
         }
@@ -108,6 +111,21 @@ impl Context {
         }
         let kernel = Arc::new(self.compile::<U>(spec));
         kernels.insert(spec.clone(), kernel.clone());
+        kernel
+    }
+
+    /// The render pipeline of `key`, made by `make` if it is new.
+    pub(crate) fn render_kernel(
+        &self,
+        key: (Spec, wgpu::TextureFormat),
+        make: impl FnOnce(&(Spec, wgpu::TextureFormat)) -> RenderKernel,
+    ) -> Arc<RenderKernel> {
+        let mut kernels = self.inner.render_kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kernels.get(&key) {
+            return kernel.clone();
+        }
+        let kernel = Arc::new(make(&key));
+        kernels.insert(key, kernel.clone());
         kernel
     }
 

@@ -1,12 +1,19 @@
 //! One call for programs without a device of their own: opens one, brings a scene there and back.
 
+use crate::coc::{Meaning, Source, circle_of_confusion, count_blended_edges, decode_range, repair};
 use crate::context::Context;
 use crate::diffusion::{self, Conductivity, Medium, Tuning};
 use crate::memory::Memory;
+use crate::pipeline::{self, Element, layout};
 use crate::planes::{Storage, groups};
 use crate::recorder::{Recorder, Sink, wait};
+use crate::timer::Timer;
 use crate::transfer::{download, upload, upload_plane};
-use pullfocus_core::{Camera, Cancel, Diffusion, Error, Plane, Report, Result, Scene, Settings};
+use crate::work::Work;
+use pullfocus_core::{
+    Camera, Cancel, Diffusion, Distance, Error, Frame, Layering, Plane, Report, Result, Scene, Settings, Size,
+};
+use std::time::Instant;
 
 /// What kind of device an adapter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,6 +125,8 @@ pub struct Host {
     memory: Memory,
     storage: Storage,
     tuning: Tuning,
+    size: Size,
+    timer: Option<Timer>,
 }
 
 impl Host {
@@ -170,7 +179,16 @@ impl Host {
             fault.note_lost(error.to_string());
         }));
         let memory = Memory::new(&context)?;
-        Ok(Self { info, context, memory, storage: Storage::Full, tuning: Tuning::default() })
+        let timer = Timer::new(&context);
+        Ok(Self {
+            info,
+            context,
+            memory,
+            storage: Storage::Full,
+            tuning: Tuning::default(),
+            size: Size::default(),
+            timer,
+        })
     }
 
     /// What was opened.
@@ -218,6 +236,10 @@ impl Host {
         if size.area() == 0 {
             return Ok(());
         }
+        if self.size != size {
+            self.memory.clear();
+            self.size = size;
+        }
         let sink = Sink::Host { encoder: None, cancel, work: 0 };
         let mut recorder = Recorder::new(&self.context, &mut self.memory, sink, None)?;
         let sources: Vec<&Plane> = planes.iter().collect();
@@ -234,10 +256,11 @@ impl Host {
         recorder.finish()
     }
 
-    /// Replaces `scene.base.picture` by the picture through the lens; the same as `pullfocus_cpu::Renderer::render`.
+    /// Replaces `scene.base.picture` by the picture through the lens; the same as `pullfocus_cpu::Renderer::render`, up to
+    /// rounding.
     ///
     /// # Errors
-    /// Any [`Error`].
+    /// Any [`Error`]; the picture is then as it was.
     pub fn render(
         &mut self,
         scene: &mut Scene,
@@ -245,8 +268,139 @@ impl Host {
         settings: &Settings,
         cancel: &Cancel,
     ) -> Result<Report> {
-        let _ = (scene, camera, settings, cancel);
-        Err(Error::Cancelled)
+        settings.check()?;
+        scene.check()?;
+        cancel.check()?;
+        let size = scene.frame.data.size;
+        let mut report = Report::default();
+        if size.area() == 0 {
+            return Ok(report);
+        }
+        if self.size != size {
+            self.memory.clear();
+            self.size = size;
+        }
+        if let Some(timer) = &mut self.timer {
+            timer.reset();
+        }
+        let start = Instant::now();
+        let sink = Sink::Host { encoder: None, cancel, work: 0 };
+        let mut recorder = Recorder::new(&self.context, &mut self.memory, sink, self.timer.as_mut())?;
+        let camera = (&scene.frame, camera, settings);
+        let base = Resident::new(&mut recorder, &scene.base, camera, self.storage)?;
+        let near = match &scene.foreground {
+            Some(element) => Some(Resident::new(&mut recorder, element, camera, self.storage)?),
+            None => None,
+        };
+        report.add("upload", start.elapsed());
+
+        let start = Instant::now();
+        let range = base.range.clone();
+        let mut work = Work::new(&mut recorder, &scene.frame, settings, self.storage, self.tuning, range);
+        pipeline::render(&mut work, &base.element, near.as_ref().map(|near| &near.element), settings)?;
+        recorder.flush()?;
+        report.add("blur", start.elapsed());
+
+        let start = Instant::now();
+        report.coc_range = base.coc_range(&mut recorder)?;
+        report.blended_depth_edges = base.blended_edges(&mut recorder)?;
+        if let Some(near) = &near {
+            let [low, high] = near.coc_range(&mut recorder)?;
+            report.coc_range = [report.coc_range[0].min(low), report.coc_range[1].max(high)];
+            if report.blended_depth_edges.is_none() {
+                report.blended_depth_edges = near.blended_edges(&mut recorder)?;
+            }
+        }
+        report.layers = usize::from(near.is_some())
+            + match settings.layering {
+                Layering::Single => 1,
+                Layering::Background { layers, .. } => 1 + layers as usize,
+                Layering::General { layers } => layers as usize,
+            };
+        download(&mut recorder, size, &base.element.groups, scene.base.picture.planes_mut())?;
+        base.give_back(&mut recorder);
+        if let Some(near) = near {
+            near.give_back(&mut recorder);
+        }
+        recorder.finish()?;
+        report.add("download", start.elapsed());
+        if let Some(timer) = &self.timer {
+            // The device's own clock says where the time went.
+            let stages = timer.read(&self.context)?;
+            if !stages.is_empty() {
+                report.stages.retain(|stage| stage.name != "blur");
+                for (name, time) in stages {
+                    report.add(name, time);
+                }
+            }
+        }
+        Ok(report)
+    }
+}
+
+/// An element of a scene on the device.
+struct Resident {
+    element: Element,
+    range: wgpu::Buffer,
+    /// Clean and blended depth edges, where there is depth.
+    edges: Option<wgpu::Buffer>,
+}
+
+impl Resident {
+    fn new(
+        recorder: &mut Recorder<'_>,
+        element: &pullfocus_core::Element,
+        camera: (&Frame, Option<&Camera>, &Settings),
+        storage: Storage,
+    ) -> Result<Self> {
+        let size = camera.0.data.size;
+        let planes: Vec<&Plane> = element.picture.planes().collect();
+        let groups = upload(recorder, size, &planes, &layout(planes.len()), storage, true)?;
+        recorder.stage("circle of confusion");
+        let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 8)?);
+        let source = upload_plane(recorder, element.distance.plane())?;
+        let mut edges = None;
+        match &element.distance {
+            Distance::Coc(_) => {
+                let source = Source::Plane(&source);
+                circle_of_confusion(recorder, camera, &Meaning::Coc, source, &coc, &range)?;
+            }
+            Distance::Depth { decoding, .. } => {
+                let counts = recorder.take(size, 8)?;
+                count_blended_edges(recorder, size, &source, decoding, &counts)?;
+                edges = Some(counts);
+                let meaning = Meaning::Depth(*decoding);
+                if camera.2.repair_depth {
+                    let mended = repair(recorder, size, &source, decoding)?;
+                    circle_of_confusion(recorder, camera, &meaning, Source::Plane(&mended), &coc, &range)?;
+                    recorder.give([mended]);
+                } else {
+                    circle_of_confusion(recorder, camera, &meaning, Source::Plane(&source), &coc, &range)?;
+                }
+            }
+        }
+        // Later uploads are written before what is recorded here has run.
+        recorder.flush()?;
+        recorder.give([source]);
+        Ok(Self { element: Element { groups, planes: planes.len(), coc }, range, edges })
+    }
+
+    fn coc_range(&self, recorder: &mut Recorder<'_>) -> Result<[f32; 2]> {
+        Ok(decode_range(&recorder.read(&self.range, 8)?))
+    }
+
+    fn blended_edges(&self, recorder: &mut Recorder<'_>) -> Result<Option<f32>> {
+        let Some(counts) = &self.edges else { return Ok(None) };
+        let bytes = recorder.read(counts, 8)?;
+        let count = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+        let (clean, blended) = (count(0), count(4));
+        let edges = clean + blended;
+        Ok((edges > 0).then(|| blended as f32 / edges as f32))
+    }
+
+    fn give_back(self, recorder: &mut Recorder<'_>) {
+        let groups = self.element.groups.into_iter().map(|group| group.buffer);
+        recorder.give(groups.chain([self.element.coc, self.range]).chain(self.edges));
     }
 }
 

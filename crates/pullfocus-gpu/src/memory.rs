@@ -1,6 +1,7 @@
 //! What lives as long as a picture's size: buffers, their bind groups, room for uniforms.
 
 use crate::context::{Context, Kernel};
+use crate::shader::Slot;
 use pullfocus_core::{Error, Result, Size};
 use std::collections::HashMap;
 
@@ -23,6 +24,8 @@ pub struct Memory {
     next_slot: u64,
     /// See `partition.wgsl`.
     pub least: wgpu::Buffer,
+    /// The range of no diameters: what comes first is smaller and larger.
+    pub empty_range: wgpu::Buffer,
     /// Stands where a kernel does not look.
     pub nothing: wgpu::Buffer,
     /// Bytes of all buffers that were made.
@@ -43,12 +46,15 @@ impl Memory {
         use wgpu::BufferUsages as Use;
         let size = Size::new(1, 1);
         let small = |bytes, usage| create(context, "working memory of a GPU", size, bytes, usage);
+        let empty_range = small(8, Use::COPY_SRC | Use::COPY_DST)?;
+        context.queue().write_buffer(&empty_range, 0, bytemuck::bytes_of(&[u32::MAX, 0]));
         Ok(Self {
             spare: HashMap::new(),
             bind_groups: HashMap::new(),
             uniforms: small(SLOT * SLOTS, Use::UNIFORM | Use::COPY_DST)?,
             next_slot: 0,
             least: small(4 * u64::from(LEASTS), Use::STORAGE | Use::COPY_DST)?,
+            empty_range,
             nothing: small(64, Use::STORAGE | Use::COPY_DST)?,
             bytes: SLOT * SLOTS,
             made: 0,
@@ -130,12 +136,18 @@ pub fn bind(
     uniforms: &wgpu::Buffer,
     bindings: &[wgpu::BindingResource<'_>],
 ) -> wgpu::BindGroup {
-    let slots = &kernel.interface.slots;
-    assert_eq!(slots.len(), bindings.len() + 1, "{}: {slots:?}", kernel.label);
-    let size = match slots[0].1 {
-        crate::shader::Slot::Uniform { size } => size,
-        other => panic!("{}: {other:?} at binding 0", kernel.label),
-    };
+    bind_to(context, (&kernel.label, &kernel.layout, &kernel.interface.slots), uniforms, bindings)
+}
+
+/// The same for any layout.
+pub fn bind_to(
+    context: &Context,
+    (label, layout, slots): (&str, &wgpu::BindGroupLayout, &[(u32, Slot)]),
+    uniforms: &wgpu::Buffer,
+    bindings: &[wgpu::BindingResource<'_>],
+) -> wgpu::BindGroup {
+    assert_eq!(slots.len(), bindings.len() + 1, "{label}: {slots:?}");
+    let Slot::Uniform { size } = slots[0].1 else { panic!("{label}: {:?} at binding 0", slots[0]) };
     let uniform = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
         buffer: uniforms,
         offset: 0,
@@ -147,11 +159,8 @@ pub fn bind(
         .zip(all)
         .map(|(&(binding, _), resource)| wgpu::BindGroupEntry { binding, resource })
         .collect();
-    context.device().create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(&kernel.label),
-        layout: &kernel.layout,
-        entries: &entries,
-    })
+    let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries };
+    context.device().create_bind_group(&descriptor)
 }
 
 /// Refuses what the device cannot bind.

@@ -109,27 +109,28 @@ impl Need {
 /// [`Error::DeviceLimit`] where lines are longer than the device's workgroups can hold.
 pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tuning) -> Result<()> {
     let axis = pass.axis;
-    // Two terms in registers at once: two planes at a time.
-    let lanes = if pass.round() && pass.group.planes == 4 { 2 } else { pass.group.planes };
-    let halves = pass.group.planes / lanes;
     let complex = pass.scheme.terms.iter().any(|term| term.sigma[1] != 0.0);
     let pixel = crate::planes::Group::pixel_bytes(pass.group.planes, pass.group.storage) as u32;
-    let need = Need {
+    let need = |halves: u32| Need {
         unknowns: axis.unknowns,
         columns: axis.columns,
         halves,
-        lanes,
+        lanes: pass.group.planes / halves,
         complex,
         memory_bytes: pixel / halves,
     };
     let limits = recorder.context.limits();
-    let cut = need.cut(tuning, limits).ok_or_else(|| Error::DeviceLimit {
+    // Two terms are in registers at once, so two planes at a time; all four where lines are too long for that.
+    let halves = if pass.round() && pass.group.planes == 4 { [2, 1] } else { [1, 1] };
+    let cut = halves.into_iter().find_map(|halves| Some((halves, need(halves).cut(tuning, limits)?)));
+    let (halves, cut) = cut.ok_or_else(|| Error::DeviceLimit {
         device: recorder.context.name().to_owned(),
         what: "unknowns of one line",
         needed: axis.unknowns.into(),
         allowed: u64::from(limits.max_compute_invocations_per_workgroup * MOST_CHUNK),
         instead: "use another solver or the processor",
     })?;
+    let lanes = pass.group.planes / halves;
 
     let mut parts = vec![
         limits_part(),
@@ -195,14 +196,20 @@ mod tests {
             ..wgpu::Limits::default()
         });
         for limits in limits {
-            for unknowns in (1..40).chain([255, 256, 257, 1080, 1920, 2160, 4320, 7680, 8192]) {
+            for unknowns in (1..40).chain([255, 256, 257, 1080, 1920, 2160, 4096, 4320, 7680, 8192]) {
                 for (columns, complex, lanes, halves) in [
                     (false, false, 4, 1),
                     (true, false, 4, 1),
+                    (false, true, 4, 1),
+                    (true, true, 4, 1),
                     (false, true, 2, 2),
                     (true, true, 2, 2),
                     (true, true, 1, 1),
                 ] {
+                    // Halves of pixels are lines, of which a workgroup has two at least.
+                    if halves == 2 && unknowns > 4096 {
+                        continue;
+                    }
                     let need = Need { unknowns, columns, halves, lanes, complex, memory_bytes: 4 * lanes };
                     let cut = need.cut(&Tuning::default(), &limits).expect("8192 fit");
                     assert!(cut.chunks * cut.chunk >= unknowns && cut.per_group.is_multiple_of(halves));

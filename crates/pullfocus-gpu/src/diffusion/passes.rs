@@ -243,12 +243,8 @@ impl System<'_, '_> {
         let mut values = recorder.take(pass.size, self.values.size())?;
         let mut distance = 1;
         while distance < pass.axis.unknowns {
-            let params = ParallelParams {
-                unknowns: pass.axis.unknowns,
-                lines: pass.axis.lines,
-                distance,
-                unused: 0,
-            };
+            let params =
+                ParallelParams { unknowns: pass.axis.unknowns, lines: pass.axis.lines, distance, unused: 0 };
             let buffers = [&self.rows, &self.values, &rows, &values];
             recorder.run(&spec, &params, &buffers, groups)?;
             std::mem::swap(&mut rows, &mut self.rows);

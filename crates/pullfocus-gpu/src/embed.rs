@@ -1,0 +1,240 @@
+//! A pass to embed: the caller's textures in, the caller's texture out, recorded into the caller's encoder.
+
+use crate::coc::{self, Meaning, Source};
+use crate::context::Context;
+use crate::diffusion::Tuning;
+use crate::memory::{self, Memory};
+use crate::pipeline::{self, Element, layout};
+use crate::planes::{Group, Storage};
+use crate::recorder::{Recorder, Sink};
+use crate::textures;
+use crate::timer::Timer;
+use crate::work::Work;
+use pullfocus_core::{Camera, DepthDecoding, Error, Frame, Result, Settings, Size};
+
+/// The buffers of one picture size. They are made by the first frame of that size and kept; later frames allocate
+/// nothing.
+///
+/// A recording's uniforms stay in here until it is submitted: up to [`Buffers::MOST_PENDING`] recordings may wait for one
+/// submission.
+#[derive(Debug)]
+pub struct Buffers {
+    memory: Memory,
+    size: Size,
+    storage: Storage,
+    tuning: Tuning,
+}
+
+impl Buffers {
+    /// How many recordings may be in command buffers that are not submitted yet.
+    pub const MOST_PENDING: u64 = memory::SLOTS;
+
+    /// Buffers for pictures of `size`; most of them are made by the first recording.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`]; [`Error::DeviceLimit`] where a group of four planes is more than one binding may hold.
+    pub fn new(context: &Context, size: Size, storage: Storage) -> Result<Self> {
+        let memory = Memory::new(context)?;
+        memory::check_binding(context, size.area() as u64 * Group::pixel_bytes(4, storage))?;
+        Ok(Self { memory, size, storage, tuning: Tuning::default() })
+    }
+
+    /// Goes over to pictures of another size; frees the buffers of the size before. Nothing may be waiting for its
+    /// submission.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLimit`].
+    pub fn resize(&mut self, context: &Context, size: Size) -> Result<()> {
+        if size != self.size {
+            self.memory.clear();
+            self.size = size;
+        }
+        memory::check_binding(context, size.area() as u64 * Group::pixel_bytes(4, self.storage))
+    }
+
+    /// How work is cut from the next recording on.
+    pub fn set_tuning(&mut self, tuning: Tuning) {
+        self.tuning = tuning;
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Bytes of device memory held.
+    pub fn bytes(&self) -> u64 {
+        self.memory.bytes()
+    }
+
+    /// How many buffers were made so far: stays the same from the second frame on.
+    pub fn made(&self) -> u64 {
+        self.memory.made()
+    }
+}
+
+/// A depth texture of the caller's, of the picture's size.
+#[derive(Debug, Clone, Copy)]
+pub struct Depth<'a> {
+    /// A view of a depth format (the depth aspect alone), or of a colour format whose red channel is meant.
+    pub view: &'a wgpu::TextureView,
+    /// What its numbers mean; a hardware depth buffer is [`DepthDecoding::hardware`]. `None`: they are signed
+    /// diameters of the circle of confusion in pixels.
+    pub decoding: Option<DepthDecoding>,
+}
+
+/// A picture of the caller's: colour, linear and premultiplied, and its depth.
+#[derive(Debug, Clone, Copy)]
+pub struct Picture<'a> {
+    /// Any format that reads as floating point: 8 or 16 bits, sRGB (decoded by the hardware), f16, f32.
+    pub color: &'a wgpu::TextureView,
+    /// Whether its alpha means something and is blurred along.
+    pub alpha: bool,
+    /// Its depth.
+    pub depth: Depth<'a>,
+}
+
+/// What is blurred in one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// The whole picture, or with a foreground what is behind it.
+    pub base: Picture<'a>,
+    /// Near objects on their own; their alpha says where they cover the picture.
+    pub foreground: Option<Picture<'a>>,
+    /// Where the result goes: any colour format that can be rendered to, of the picture's size; written whole.
+    pub output: &'a wgpu::TextureView,
+}
+
+/// One frame's settings.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameSettings<'a> {
+    /// Where the pixels lie; [`Frame::full`] for a picture that fills its view.
+    pub frame: Frame,
+    /// The lens and its focus; may be left out where circles of confusion are given.
+    pub camera: Option<&'a Camera>,
+    /// Everything else; [`Settings::preset`] gives good ones.
+    pub settings: &'a Settings,
+}
+
+impl Context {
+    /// Records one frame into `encoder`: nothing is submitted, nothing waited for, nothing read back. The same picture as
+    /// the CPU's `Renderer`, up to rounding.
+    ///
+    /// The first recording of new settings compiles pipelines, the first of a new size makes buffers; [`Context::prepare`]
+    /// does both ahead.
+    ///
+    /// # Errors
+    /// [`Error::SizeMismatch`], [`Error::NoCamera`], [`Error::Setting`]; [`Error::DeviceLimit`] and
+    /// [`Error::OutOfMemory`] with numbers; [`Error::DeviceLost`] once the device is known to be lost;
+    /// [`Error::Unsupported`] for formats of whole numbers and for Jacobi with a tolerance.
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &mut Buffers,
+        inputs: &Inputs<'_>,
+        frame: &FrameSettings<'_>,
+        timer: Option<&mut Timer>,
+    ) -> Result<()> {
+        let FrameSettings { frame, camera, settings } = *frame;
+        settings.check()?;
+        let size = buffers.size;
+        if frame.data.size != size {
+            return Err(mismatch("the frame's data window", frame.data.size, size));
+        }
+        let views =
+            [("the colour texture", inputs.base.color), ("the depth texture", inputs.base.depth.view)];
+        let near = inputs.foreground.iter().flat_map(|near| {
+            [
+                ("the foreground's colour texture", near.color),
+                ("the foreground's depth texture", near.depth.view),
+            ]
+        });
+        for (what, view) in views.into_iter().chain(near).chain([("the output texture", inputs.output)]) {
+            let extent = view.texture().size();
+            let found = Size::new(extent.width as usize, extent.height as usize);
+            if found != size {
+                return Err(mismatch(what, found, size));
+            }
+        }
+        if size.area() == 0 {
+            return Ok(());
+        }
+        let Buffers { memory, storage, tuning, .. } = buffers;
+        let mut recorder = Recorder::new(self, memory, Sink::Encoder(encoder), timer)?;
+        recorder.stage("circle of confusion");
+        let camera = (&frame, camera, settings);
+        let (base, range) = element(&mut recorder, &inputs.base, inputs.base.alpha, camera, *storage)?;
+        let foreground = match &inputs.foreground {
+            Some(near) => Some(element(&mut recorder, near, true, camera, *storage)?),
+            None => None,
+        };
+        let mut work = Work::new(&mut recorder, &frame, settings, *storage, *tuning, range.clone());
+        let near = foreground.as_ref().map(|(element, _)| element);
+        pipeline::render(&mut work, &base, near, settings)?;
+        recorder.stage("store");
+        textures::store(&mut recorder, size, &base.groups[0], inputs.base.alpha, inputs.output)?;
+        for (element, range) in [(base, range)].into_iter().chain(foreground) {
+            recorder.give(element.groups.into_iter().map(|group| group.buffer).chain([element.coc, range]));
+        }
+        recorder.finish()
+    }
+
+    /// Compiles the pipelines and makes the buffers of such a frame, so that recording one takes no time. Records into an
+    /// encoder of its own and throws that away.
+    ///
+    /// # Errors
+    /// As [`Context::record`].
+    pub fn prepare(
+        &self,
+        buffers: &mut Buffers,
+        inputs: &Inputs<'_>,
+        frame: &FrameSettings<'_>,
+    ) -> Result<()> {
+        let mut encoder = self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.record(&mut encoder, buffers, inputs, frame, None)
+    }
+}
+
+fn mismatch(what: &'static str, found: Size, expected: Size) -> Error {
+    Error::SizeMismatch { what, found, expected }
+}
+
+/// Loads a picture and finds its circles of confusion.
+fn element(
+    recorder: &mut Recorder<'_>,
+    picture: &Picture<'_>,
+    alpha: bool,
+    camera: (&Frame, Option<&Camera>, &Settings),
+    storage: Storage,
+) -> Result<(Element, wgpu::Buffer)> {
+    let size = camera.0.data.size;
+    let planes = if alpha { 4 } else { 3 };
+    let mut groups = vec![textures::load(recorder, size, picture.color, alpha, storage)?];
+    for &count in &layout(planes)[1..] {
+        groups.push(Group::take(recorder, size, count, storage)?);
+    }
+    let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 8)?);
+    let meaning = picture.depth.decoding.map_or(Meaning::Coc, Meaning::Depth);
+    let view = picture.depth.view;
+    let format = view.texture().format();
+    let source = if format.is_depth_stencil_format() {
+        Source::DepthTexture(view)
+    } else if matches!(format.sample_type(None, None), Some(wgpu::TextureSampleType::Float { .. })) {
+        Source::Texture(view)
+    } else {
+        return Err(Error::Unsupported {
+            what: "a depth texture of this format",
+            reason: "it must be a depth format, or be read as floating point",
+        });
+    };
+    match (meaning, camera.2.repair_depth) {
+        (Meaning::Depth(decoding), true) => {
+            let plane = coc::read_depth(recorder, size, source)?;
+            let mended = coc::repair(recorder, size, &plane, &decoding)?;
+            coc::circle_of_confusion(recorder, camera, &meaning, Source::Plane(&mended), &coc, &range)?;
+            recorder.give([plane, mended]);
+        }
+        _ => coc::circle_of_confusion(recorder, camera, &meaning, source, &coc, &range)?,
+    }
+    Ok((Element { groups, planes, coc }, range))
+}

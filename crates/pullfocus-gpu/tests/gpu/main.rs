@@ -1,0 +1,64 @@
+//! What needs a device: run where there is one, ignored where there is none.
+//!
+//! `PULLFOCUS_TEST_ADAPTER=NAME` picks an adapter, a software one too; without it the first is taken, best first. With
+//! `PULLFOCUS_TEST_GPU=required` no adapter is a failure.
+
+mod device;
+
+use libtest_mimic::{Arguments, Trial};
+use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
+use pullfocus_testkit::conformance::{DiffusionSubject, Medium, RenderSubject};
+
+/// The device as a backend.
+struct Subject;
+
+impl DiffusionSubject for Subject {
+    fn diffuse(
+        &mut self,
+        planes: &mut [Plane],
+        medium: Medium<'_>,
+        settings: &Diffusion,
+        cancel: &Cancel,
+    ) -> Result<()> {
+        let Medium { diameter, gamma, vertical_scale } = medium;
+        device::with_host(|host| host.diffuse(planes, (diameter, gamma, vertical_scale), settings, cancel))
+    }
+}
+
+impl RenderSubject for Subject {
+    fn render(
+        &mut self,
+        scene: &mut Scene,
+        camera: Option<&Camera>,
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Result<Report> {
+        device::with_host(|host| host.render(scene, camera, settings, cancel))
+    }
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let there = device::there();
+    let mut trials = Vec::new();
+    let mut add = |name: String, test: Box<dyn FnOnce() + Send>| {
+        let run = move || {
+            test();
+            Ok(())
+        };
+        trials.push(Trial::test(name, run).with_ignored_flag(!there));
+    };
+    for (name, check) in pullfocus_testkit::diffusion_checks!(Subject) {
+        add(format!("diffusion::{name}"), Box::new(move || check(&mut Subject)));
+    }
+    for (name, check) in pullfocus_testkit::render_checks!(Subject) {
+        add(format!("render::{name}"), Box::new(move || check(&mut Subject)));
+    }
+    let conclusion = libtest_mimic::run(&arguments, trials);
+    let complaints = device::complaints();
+    if !complaints.is_empty() {
+        eprintln!("the device's layers complained {} times; first: {}", complaints.len(), complaints[0]);
+        std::process::exit(101);
+    }
+    conclusion.exit();
+}
