@@ -94,6 +94,11 @@ impl Renderer {
         self.fell_back.as_deref()
     }
 
+    /// The name of the device that rendered the last frame: [`Renderer::device_name`], or "cpu" if it fell back.
+    pub fn rendered_on(&self) -> &str {
+        if self.fell_back.is_some() { CPU } else { &self.name }
+    }
+
     /// Replaces `scene.base.picture` by the picture through the lens. Alpha and further planes go through
     /// the same lens; depth stays as it was. The camera may be left out where circles of confusion are given.
     ///
@@ -307,10 +312,11 @@ mod tests {
             assert_eq!(rendered(&mut renderer).unwrap(), by_cpu);
             let told = renderer.fell_back().unwrap();
             assert!(told.contains("CPU") && told.contains("Fake 1") && told.contains(word), "{told}");
+            assert_eq!(renderer.rendered_on(), "cpu");
             // The next frame may fit.
             assert!(renderer.is_gpu() && renderer.device_name() == "Fake 1");
             assert_eq!(rendered(&mut renderer).unwrap(), painted());
-            assert_eq!(renderer.fell_back(), None);
+            assert_eq!((renderer.fell_back(), renderer.rendered_on()), (None, "Fake 1"));
         }
     }
 

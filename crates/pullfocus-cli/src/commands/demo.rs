@@ -153,6 +153,7 @@ fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
                 outputs.iter().map(|path| path.display().to_string()).collect(),
             );
             report.take(&rendered);
+            report.device = Some(renderer.rendered_on().to_owned());
             report.camera = resolved.values;
             report.size = Some([size.width, size.height]);
             let writing = Instant::now();
