@@ -98,26 +98,32 @@ pub fn blur_layers(
     work.recorder.stage("layers");
     let layers = layers.clamp(1, MOST_LAYERS);
     let split = census::split(work, coc, layers)?;
+    // Where the count stands in `scale.wgsl`, and where solvers and hosts look for it.
+    work.recorder.encoder().copy_buffer_to_buffer(&split, 4, &work.range, 8, 4);
     let edge = edges::find(work, coc, &split)?;
     let step = finest_step(work.display_width);
     let parts = Parts { picture, planes, coc, split, edge, layers, grid: grid_size(size, step), step };
     let mut filled = Vec::new();
     for layer in 0..layers {
+        work.layer = Some(layer);
         filled.push(fill_layer(work, &parts, layer)?);
         work.recorder.worked((size.area() * planes) as u64)?;
     }
+    work.layer = None;
     let blurred = joint::make(work, &parts, filled)?;
     let Parts { split, edge, .. } = parts;
     work.recorder.give([split, edge]);
 
     work.recorder.stage("blur");
     let mut done = Vec::new();
-    for Blurred { groups, circle } in blurred {
+    for (layer, Blurred { groups, circle }) in (0..).zip(blurred) {
+        work.layer = Some(layer);
         let all: Vec<&Group> = groups.iter().collect();
         work.blur(&all, &circle, None)?;
         work.recorder.give([circle]);
         done.push(groups);
     }
+    work.layer = None;
     work.recorder.stage("composite");
     composite(work, picture, planes, &done)?;
     work.recorder.give(done.into_iter().flatten().map(|group| group.buffer));
