@@ -332,8 +332,7 @@ fn a_hardware_depth_buffer_is_depth() {
         let out = view(&textures.output);
         let base = Picture { depth: Depth { view: &hardware, decoding }, ..textures.picture() };
         let inputs = Inputs { base, foreground: None, output: &out };
-        let frame =
-            FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
+        let frame = FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
         let mut encoder = context.device().create_command_encoder(&Default::default());
         context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
         context.queue().submit([encoder.finish()]);
