@@ -70,11 +70,17 @@ fn instance() -> wgpu::Instance {
 
 impl AdapterInfo {
     fn of(adapter: &wgpu::Adapter) -> Self {
-        let info = adapter.get_info();
-        let limits = adapter.limits();
         let capabilities = adapter.get_downlevel_capabilities();
-        let computes = capabilities.flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
-            && limits.max_storage_buffers_per_shader_stage >= LEAST_BUFFERS;
+        let computes = capabilities.flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS);
+        Self::new(adapter.get_info(), &adapter.limits(), computes)
+    }
+
+    fn of_device(device: &wgpu::Device) -> Self {
+        Self::new(device.adapter_info(), &device.limits(), true)
+    }
+
+    fn new(info: wgpu::AdapterInfo, limits: &wgpu::Limits, computes: bool) -> Self {
+        let computes = computes && limits.max_storage_buffers_per_shader_stage >= LEAST_BUFFERS;
         Self {
             name: info.name,
             kind: match info.device_type {
@@ -181,10 +187,18 @@ impl Host {
             tracing::error!(%error, "device");
             fault.note_lost(error.to_string());
         }));
+        Self::with_context(context)
+    }
+
+    /// A host on a device that is there already.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn with_context(context: Context) -> Result<Self> {
         let memory = Memory::new(&context)?;
         let timer = Timer::new(&context);
         Ok(Self {
-            info,
+            info: AdapterInfo::of_device(context.device()),
             context,
             memory,
             storage: Storage::Full,

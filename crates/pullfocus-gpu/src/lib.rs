@@ -15,6 +15,8 @@ mod shader;
 mod textures;
 mod timer;
 mod transfer;
+#[cfg(test)]
+mod walk;
 mod work;
 
 pub use context::Context;
