@@ -5,7 +5,7 @@
 //! from far to near; those that are not there have no colour, no coverage and no circle, and change nothing.
 
 use super::fill::fill;
-use super::joint::{self, Blurred};
+use super::joint::{self, Layer};
 use super::over::cover_part;
 use super::{census, edges, scale_parts};
 use crate::planes::{Group, Storage, workgroups};
@@ -52,6 +52,8 @@ pub struct Parts<'a> {
     /// The grid of the fills, and its step in pixels.
     pub grid: Size,
     pub step: usize,
+    /// The most bytes of one buffer.
+    pub most_bytes: u64,
 }
 
 /// One layer's fills, as `gather.wgsl` has them.
@@ -91,32 +93,15 @@ pub fn blur_layers(
     coc: &wgpu::Buffer,
     layers: u32,
 ) -> Result<()> {
-    let size = work.size;
-    if size.area() == 0 || planes == 0 {
+    if work.size.area() == 0 || planes == 0 {
         return Ok(());
     }
-    work.recorder.stage("layers");
-    let layers = layers.clamp(1, MOST_LAYERS);
-    let split = census::split(work, coc, layers)?;
-    // Where the count stands in `scale.wgsl`, and where solvers and hosts look for it.
-    work.recorder.encoder().copy_buffer_to_buffer(&split, 4, &work.range, 8, 4);
-    let edge = edges::find(work, coc, &split)?;
-    let step = finest_step(work.display_width);
-    let parts = Parts { picture, planes, coc, split, edge, layers, grid: grid_size(size, step), step };
-    let mut filled = Vec::new();
-    for layer in 0..layers {
-        work.layer = Some(layer);
-        filled.push(fill_layer(work, &parts, layer)?);
-        work.recorder.worked((size.area() * planes) as u64)?;
-    }
-    work.layer = None;
-    let blurred = joint::make(work, &parts, filled)?;
-    let Parts { split, edge, .. } = parts;
-    work.recorder.give([split, edge]);
-
+    let limits = work.recorder.context.limits();
+    let most_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let apart = take_apart(work, picture, planes, coc, layers, most_bytes)?;
     work.recorder.stage("blur");
     let mut done = Vec::new();
-    for (layer, Blurred { groups, circle }) in (0..).zip(blurred) {
+    for (layer, Layer { groups, circle }) in (0..).zip(apart) {
         work.layer = Some(layer);
         let all: Vec<&Group> = groups.iter().collect();
         work.blur(&all, &circle, None)?;
@@ -128,6 +113,41 @@ pub fn blur_layers(
     composite(work, picture, planes, &done)?;
     work.recorder.give(done.into_iter().flatten().map(|group| group.buffer));
     Ok(())
+}
+
+/// The layers of a picture, from far to near, not yet blurred.
+///
+/// # Errors
+/// As [`blur_layers`].
+pub fn take_apart(
+    work: &mut Work<'_, '_>,
+    picture: &[Group],
+    planes: usize,
+    coc: &wgpu::Buffer,
+    layers: u32,
+    most_bytes: u64,
+) -> Result<Vec<Layer>> {
+    work.recorder.stage("layers");
+    let size = work.size;
+    let layers = layers.clamp(1, MOST_LAYERS);
+    let split = census::split(work, coc, layers)?;
+    // Where the count stands in `scale.wgsl`, and where solvers and hosts look for it.
+    work.recorder.encoder().copy_buffer_to_buffer(&split, 4, &work.range, 8, 4);
+    let edge = edges::find(work, coc, &split)?;
+    let step = finest_step(work.display_width);
+    let grid = grid_size(size, step);
+    let parts = Parts { picture, planes, coc, split, edge, layers, grid, step, most_bytes };
+    let mut filled = Vec::new();
+    for layer in 0..layers {
+        work.layer = Some(layer);
+        filled.push(fill_layer(work, &parts, layer)?);
+        work.recorder.worked((size.area() * planes) as u64)?;
+    }
+    work.layer = None;
+    let apart = joint::make(work, &parts, filled)?;
+    let Parts { split, edge, .. } = parts;
+    work.recorder.give([split, edge]);
+    Ok(apart)
 }
 
 /// Finds what a layer, counted from far to near, looks like where it is not seen.
@@ -192,8 +212,16 @@ fn fill_layer(work: &mut Work<'_, '_>, parts: &Parts<'_>, layer: u32) -> Result<
     Ok(Filled { groups, coverage: hidden })
 }
 
-/// Lays the layers, from far to near, over each other: into `picture`.
-fn composite(work: &mut Work<'_, '_>, picture: &[Group], planes: usize, layers: &[Vec<Group>]) -> Result<()> {
+/// Lays the layers, from far to near, over each other: into `picture`, unless that is all in focus.
+///
+/// # Errors
+/// A host's [`pullfocus_core::Error::Cancelled`].
+pub fn composite(
+    work: &mut Work<'_, '_>,
+    picture: &[Group],
+    planes: usize,
+    layers: &[Vec<Group>],
+) -> Result<()> {
     let (coverage_group, coverage) = (planes / 4, (planes % 4) as u32);
     let range = work.range.clone();
     let nothing = work.recorder.memory.nothing.clone();

@@ -40,7 +40,7 @@ const NO_COVERAGE: u32 = 4;
 const MOST_OUTS: usize = 3;
 
 /// A layer, ready to be blurred.
-pub struct Blurred {
+pub struct Layer {
     /// In the picture's groups: planes, then coverage.
     pub groups: Vec<Group>,
     /// Absolute diameters.
@@ -51,14 +51,14 @@ pub struct Blurred {
 ///
 /// # Errors
 /// [`Error::DeviceLimit`], [`Error::OutOfMemory`], a host's [`Error::Cancelled`].
-pub fn make(work: &mut Work<'_, '_>, parts: &Parts<'_>, filled: Vec<Filled>) -> Result<Vec<Blurred>> {
+pub fn make(work: &mut Work<'_, '_>, parts: &Parts<'_>, filled: Vec<Filled>) -> Result<Vec<Layer>> {
     let mut layers = Vec::new();
     for _ in 0..parts.layers {
         let mut groups = Vec::new();
         for group in parts.picture {
             groups.push(Group::take(work.recorder, work.size, group.planes, work.storage)?);
         }
-        layers.push(Blurred { groups, circle: work.recorder.take_plane(work.size)? });
+        layers.push(Layer { groups, circle: work.recorder.take_plane(work.size)? });
     }
     let rows = rows_of_a_band(work, parts)?;
     let packed = {
@@ -91,12 +91,11 @@ fn row_bytes(parts: &Parts<'_>) -> u64 {
 
 /// How many rows of the fills' grid go through at a time.
 fn rows_of_a_band(work: &Work<'_, '_>, parts: &Parts<'_>) -> Result<usize> {
-    let limits = work.recorder.context.limits();
-    let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    band_rows(allowed, row_bytes(parts), parts.grid.height).ok_or_else(|| Error::DeviceLimit {
+    let (allowed, one) = (parts.most_bytes, row_bytes(parts));
+    band_rows(allowed, one, parts.grid.height).ok_or_else(|| Error::DeviceLimit {
         device: work.recorder.context.name().to_owned(),
         what: "bytes in one storage binding",
-        needed: 3 * row_bytes(parts),
+        needed: 3 * one,
         allowed,
         instead: "ask for fewer layers",
     })
@@ -215,10 +214,10 @@ impl<'a> Band<'a> {
                 _ => part!("layers/outs_3"),
             };
             let mut all = self.begin();
-            let (last, others) = parts.split_at(parts.len() - 1);
-            all.extend(last);
+            let (types, last) = parts.split_at(parts.len() - 1);
+            all.extend(types);
             all.push(outs);
-            all.extend(others);
+            all.extend(last);
             let spec = Spec::new(&all, &[("LAYERS", Constant::Count(self.parts.layers))]);
             let params = BandParams { first: (k * MOST_OUTS) as u32, ..params };
             let mut buffers = vec![&self.parts.split, self.parts.coc, self.packed];
@@ -232,13 +231,13 @@ impl<'a> Band<'a> {
         Ok(())
     }
 
-    fn circles(&self, work: &mut Work<'_, '_>, layers: &[Blurred]) -> Result<()> {
+    fn circles(&self, work: &mut Work<'_, '_>, layers: &[Layer]) -> Result<()> {
         let out = layers.iter().map(|layer| &layer.circle);
         self.over_layers(work, &[part!("layers/circles")], self.params, &[], out)
     }
 
     /// The planes of one group, or the coverage where that is a group of its own.
-    fn joint(&self, work: &mut Work<'_, '_>, group: usize, layers: &[Blurred]) -> Result<()> {
+    fn joint(&self, work: &mut Work<'_, '_>, group: usize, layers: &[Layer]) -> Result<()> {
         let out = layers.iter().map(|layer| &layer.groups[group].buffer);
         let planes = self.parts.planes_of(group);
         if planes == 0 {
@@ -254,5 +253,25 @@ impl<'a> Band<'a> {
         };
         let [lane, px] = picture.parts();
         self.over_layers(work, &[lane, px, part!("layers/joint")], params, &[&picture.buffer], out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_with_their_borders_fit() {
+        for height in [1, 2, 3, 17, 540] {
+            for allowed in [0, 1000, 1600, 3216, 5000, 100_000] {
+                match band_rows(allowed, 1000, height) {
+                    Some(rows) => {
+                        assert!((1..=height).contains(&rows), "{height} {allowed} {rows}");
+                        assert!((rows + 2).min(height) as u64 * 1000 <= allowed, "{height} {allowed} {rows}");
+                    }
+                    None => assert!(height.min(3) as u64 * 1000 + 16 > allowed, "{height} {allowed}"),
+                }
+            }
+        }
     }
 }
