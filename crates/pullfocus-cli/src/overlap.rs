@@ -131,6 +131,7 @@ fn compute_all(
             return;
         }
     };
+    renderer.set_storage(job.storage);
     if to.send(Ok((0, Arrival::Device(renderer.device_text())))).is_err() {
         return;
     }

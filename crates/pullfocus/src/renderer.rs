@@ -1,11 +1,16 @@
 //! One renderer for every device.
 
 use crate::device::Device;
-use pullfocus_core::{Camera, Cancel, Distance, Error, Frame, Plane, Report, Result, Scene, Settings};
+use pullfocus_core::{
+    Camera, Cancel, Distance, Error, Frame, Plane, Report, Result, Scene, Settings, Storage,
+};
 use std::fmt::Debug;
 
 /// What the renderer asks of a GPU.
 trait Gpu: Debug + Send {
+    /// How planes lie in its memory from the next frame on.
+    fn set_storage(&mut self, storage: Storage);
+
     /// As [`Renderer::render`]. Where it refuses a picture or is lost, the scene is as it was.
     fn render(
         &mut self,
@@ -99,6 +104,13 @@ impl Renderer {
         if self.fell_back.is_some() { CPU } else { &self.name }
     }
 
+    /// How a GPU keeps planes in its memory from the next frame on; the CPU keeps f32.
+    pub fn set_storage(&mut self, storage: Storage) {
+        if let Some(gpu) = &mut self.gpu {
+            gpu.set_storage(storage);
+        }
+    }
+
     /// Replaces `scene.base.picture` by the picture through the lens. Alpha and further planes go through
     /// the same lens; depth stays as it was. The camera may be left out where circles of confusion are given.
     ///
@@ -166,10 +178,14 @@ fn is_devices(error: &Error) -> bool {
 mod opening {
     use super::{Gpu, Renderer};
     use crate::device::{devices, there_are};
-    use pullfocus_core::{Camera, Cancel, Error, Report, Result, Scene, Settings};
+    use pullfocus_core::{Camera, Cancel, Error, Report, Result, Scene, Settings, Storage};
     use pullfocus_gpu::{Choice, Host};
 
     impl Gpu for Host {
+        fn set_storage(&mut self, storage: Storage) {
+            Host::set_storage(self, storage);
+        }
+
         fn render(
             &mut self,
             scene: &mut Scene,
@@ -252,6 +268,8 @@ mod tests {
     struct Fake(Option<Error>);
 
     impl Gpu for Fake {
+        fn set_storage(&mut self, _: Storage) {}
+
         fn render(
             &mut self,
             scene: &mut Scene,

@@ -6,6 +6,7 @@
 mod device;
 mod embed;
 mod layers;
+mod lines;
 
 use libtest_mimic::{Arguments, Trial};
 use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
@@ -61,6 +62,9 @@ fn main() {
     }
     for (name, test) in layers::tests() {
         add(format!("layers::{name}"), Box::new(test));
+    }
+    for (name, test) in lines::tests() {
+        add(format!("lines::{name}"), Box::new(test));
     }
     let conclusion = libtest_mimic::run(&arguments, trials);
     let complaints = device::complaints();
