@@ -4,7 +4,6 @@ use super::general::{composite, take_apart};
 use super::{blur_layers, census};
 use crate::context::Context;
 use crate::diffusion::Tuning;
-use crate::host::{Choice, Host, adapters};
 use crate::memory::Memory;
 use crate::planes::{Group, Storage, groups};
 use crate::recorder::{Recorder, Sink};
@@ -17,16 +16,21 @@ use pullfocus_core::{Cancel, Frame, Plane, Settings, Size};
 use pullfocus_testkit::random::Random;
 use pullfocus_testkit::scenes;
 
-/// A device, or none: then there is nothing to test, and the test says so.
+/// A device with no more than WebGPU's default limits, or none: then there is nothing to test, and the test says so.
 fn context() -> Option<Context> {
     let wanted = std::env::var("PULLFOCUS_TEST_ADAPTER").unwrap_or_default().to_lowercase();
-    let named = |name: &str| name.to_lowercase().contains(&wanted);
-    let found = adapters().into_iter().find(|info| info.unusable.is_none() && named(&info.name));
-    let Some(info) = found else {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    let instance = wgpu::Instance::new(descriptor);
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let named = |adapter: &wgpu::Adapter| adapter.get_info().name.to_lowercase().contains(&wanted);
+    let Some(adapter) = adapters.into_iter().find(named) else {
         eprintln!("skipped: no adapter was found");
         return None;
     };
-    Some(Host::open(&Choice::Named(info.name)).expect("the adapter opens").context().clone())
+    let request = adapter.request_device(&wgpu::DeviceDescriptor::default());
+    let (device, queue) = pollster::block_on(request).expect("the adapter opens");
+    Some(Context::new(&device, &queue))
 }
 
 /// Does something with the surroundings of a render of `size`; `in_focus` says that all of it is.
@@ -259,6 +263,32 @@ fn a_picture_in_focus_keeps_its_bits() {
             fetch(work, &picture, 4)
         });
         assert_eq!(result == planes, kept, "{in_focus}");
+    }
+}
+
+#[test]
+fn constants_are_kept() {
+    let Some(context) = context() else { return };
+    let size = Size::new(140, 90);
+    let (_, coc) = busy(size, 1);
+    let values = [0.7, 3.0, 1e-3, 1.0];
+    let planes: Vec<Plane> = values.iter().map(|&value| Plane::filled(size, value).unwrap()).collect();
+    // Ten blurs' bound (`conformance`), composited; f16 adds roundings to eleven bits of colour and of coverage, before and
+    // after the blur.
+    for (storage, tolerance) in [(Storage::Full, 8e-4), (Storage::Half, 8e-4 + 4.0 * 2.0f32.powi(-11))] {
+        let result = with_work(&context, size, storage, false, |work| {
+            let (picture, coc) = bring(work, &planes, &coc);
+            blur_layers(work, &picture, planes.len(), &coc, 5).unwrap();
+            fetch(work, &picture, planes.len())
+        });
+        let mut worst = 0.0f32;
+        for (value, plane) in values.iter().zip(&result) {
+            for x in plane.data() {
+                worst = worst.max((x / value - 1.0).abs());
+            }
+        }
+        assert!(worst <= tolerance, "{storage:?} {worst}");
+        eprintln!("{storage:?}: constants change by at most {worst:e}");
     }
 }
 
