@@ -5,6 +5,8 @@ mod context;
 mod diffusion;
 mod embed;
 mod host;
+#[doc(hidden)]
+pub mod inside;
 mod layers;
 mod measure;
 mod memory;

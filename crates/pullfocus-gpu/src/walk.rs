@@ -2,7 +2,7 @@
 //! which parses, validates (`naga`) and compares layouts as a device would, and then does nothing.
 
 use crate::context::Context;
-use crate::diffusion::{self, Conductivity, Medium, Tuning};
+use crate::diffusion::{self, Conductivity, How, Medium};
 use crate::embed::{Buffers, Depth, FrameSettings, Inputs, Picture};
 use crate::host::Host;
 use crate::memory::Memory;
@@ -105,8 +105,8 @@ fn diffusions(context: &Context, size: Size, storage: Storage) {
                     (Conductivity::Uniform(3.0), Some(&gamma)),
                 ] {
                     let medium = Medium { conductivity, gamma, vertical_scale: 1.0 };
-                    let tuning = Tuning::default();
-                    diffusion::diffuse(&mut recorder, size, &[&group], &medium, &settings, true, &tuning)
+                    let how = How { floor_at_zero: true, ..How::default() };
+                    diffusion::diffuse(&mut recorder, size, &[&group], &medium, &settings, &how)
                         .expect("it records");
                 }
             }

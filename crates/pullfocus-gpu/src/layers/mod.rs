@@ -12,8 +12,9 @@ mod over;
 mod tests;
 
 pub use background::blur_over_background;
+pub use census::{SPLIT_BYTES, split};
 pub use foreground::blur_element_over;
-pub use general::blur_layers;
+pub use general::{blur_layers, composite, take_apart};
 
 use crate::shader::{Part, part};
 

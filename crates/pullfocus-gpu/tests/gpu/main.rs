@@ -5,6 +5,7 @@
 
 mod device;
 mod embed;
+mod layers;
 
 use libtest_mimic::{Arguments, Trial};
 use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
@@ -57,6 +58,9 @@ fn main() {
     }
     for (name, test) in embed::tests() {
         add(format!("embed::{name}"), Box::new(test));
+    }
+    for (name, test) in layers::tests() {
+        add(format!("layers::{name}"), Box::new(test));
     }
     let conclusion = libtest_mimic::run(&arguments, trials);
     let complaints = device::complaints();
