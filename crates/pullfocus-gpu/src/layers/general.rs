@@ -76,6 +76,16 @@ impl Parts<'_> {
         self.planes.div_ceil(4)
     }
 
+    /// Whether a group is filled with more than three planes; see [`Filled::groups`].
+    fn has_others(&self, group: usize) -> bool {
+        group == 0 || self.planes_of(group) == 4
+    }
+
+    /// Whether a layer's coverage comes with a group: with the first one, and not for the farthest.
+    fn has_coverage(&self, layer: u32, group: usize) -> bool {
+        group == 0 && layer > 0
+    }
+
     /// Planes that decide over edges.
     pub fn leading(&self) -> u32 {
         self.planes.min(LEADING) as u32
@@ -128,20 +138,18 @@ pub fn take_apart(
     most_bytes: u64,
 ) -> Result<Vec<Layer>> {
     work.recorder.stage("layers");
-    let size = work.size;
     let layers = layers.clamp(1, MOST_LAYERS);
     let split = census::split(work, coc, layers)?;
     // Where the count stands in `scale.wgsl`, and where solvers and hosts look for it.
     work.recorder.encoder().copy_buffer_to_buffer(&split, 4, &work.range, 8, 4);
     let edge = edges::find(work, coc, &split)?;
     let step = finest_step(work.display_width);
-    let grid = grid_size(size, step);
+    let grid = grid_size(work.size, step);
     let parts = Parts { picture, planes, coc, split, edge, layers, grid, step, most_bytes };
     let mut filled = Vec::new();
     for layer in 0..layers {
         work.layer = Some(layer);
         filled.push(fill_layer(work, &parts, layer)?);
-        work.recorder.worked((size.area() * planes) as u64)?;
     }
     work.layer = None;
     let apart = joint::make(work, &parts, filled)?;
@@ -152,64 +160,66 @@ pub fn take_apart(
 
 /// Finds what a layer, counted from far to near, looks like where it is not seen.
 fn fill_layer(work: &mut Work<'_, '_>, parts: &Parts<'_>, layer: u32) -> Result<Filled> {
-    let size = work.size;
-    let grid = parts.grid;
     let mut weighted = Vec::new();
-    let mut shapes = Vec::new();
-    let [constants, scale] = scale_parts();
-    for (g, group) in parts.picture[..parts.filled_groups()].iter().enumerate() {
-        let first = g == 0;
-        let planes = parts.planes_of(g);
-        let (others, coverage) = (first || planes == 4, first && layer > 0);
-        let params = GatherParams {
-            width: size.width as u32,
-            height: size.height as u32,
-            grid_width: grid.width as u32,
-            grid_height: grid.height as u32,
-            step: parts.step as u32,
-            layer,
-            planes: planes as u32,
-            leading: parts.leading(),
-        };
-        let [lane, px] = group.parts();
-        let spec = Spec::new(
-            &[constants, scale, lane, px, part!("layers/gather")],
-            &[
-                ("FIRST", Constant::Flag(first)),
-                ("OTHERS", Constant::Flag(others)),
-                ("COVERAGE", Constant::Flag(coverage)),
-            ],
-        );
-        let mut take = || Group::take(work.recorder, grid, 4, Storage::Full);
-        let made = [Some(take()?), others.then(&mut take).transpose()?, coverage.then(take).transpose()?];
-        // What a pass does not write must still be there, and not twice.
-        let mut spare = Vec::new();
-        for made in &made {
-            if made.is_none() {
-                spare.push(work.recorder.take(Size::new(1, 1), 16)?);
-            }
-        }
-        let mut unused = spare.iter();
-        let mut buffers = vec![&parts.split, parts.coc, &parts.edge, &group.buffer];
-        for made in &made {
-            buffers.extend(made.as_ref().map(|group| &group.buffer).or_else(|| unused.next()));
-        }
-        work.recorder.run(&spec, &params, &buffers, workgroups(grid))?;
-        work.recorder.give(spare);
-        shapes.push((others, coverage));
-        weighted.extend(made.into_iter().flatten());
+    for group in 0..parts.filled_groups() {
+        weighted.extend(gather(work, parts, layer, group)?);
     }
-    let mut rest = fill(work, grid, weighted)?.into_iter();
-    let mut groups = Vec::new();
-    let mut hidden = None;
-    for (others, coverage) in shapes {
+    let mut rest = fill(work, parts.grid, weighted)?.into_iter();
+    let mut filled = Filled { groups: Vec::new(), coverage: None };
+    for group in 0..parts.filled_groups() {
         let Some(colors) = rest.next() else { break };
-        groups.push((colors, if others { rest.next() } else { None }));
-        if coverage {
-            hidden = rest.next();
+        let others = if parts.has_others(group) { rest.next() } else { None };
+        filled.groups.push((colors, others));
+        if parts.has_coverage(layer, group) {
+            filled.coverage = rest.next();
         }
     }
-    Ok(Filled { groups, coverage: hidden })
+    Ok(filled)
+}
+
+/// What layer `layer` is filled from, of one group of planes: in the order of [`Filled`].
+fn gather(work: &mut Work<'_, '_>, parts: &Parts<'_>, layer: u32, group: usize) -> Result<Vec<Group>> {
+    let (size, grid) = (work.size, parts.grid);
+    let (others, coverage) = (parts.has_others(group), parts.has_coverage(layer, group));
+    let params = GatherParams {
+        width: size.width as u32,
+        height: size.height as u32,
+        grid_width: grid.width as u32,
+        grid_height: grid.height as u32,
+        step: parts.step as u32,
+        layer,
+        planes: parts.planes_of(group) as u32,
+        leading: parts.leading(),
+    };
+    let picture = &parts.picture[group];
+    let ([constants, scale], [lane, px]) = (scale_parts(), picture.parts());
+    let spec = Spec::new(
+        &[constants, scale, lane, px, part!("layers/gather")],
+        &[
+            ("FIRST", Constant::Flag(group == 0)),
+            ("OTHERS", Constant::Flag(others)),
+            ("COVERAGE", Constant::Flag(coverage)),
+        ],
+    );
+    let (mut made, mut bound, mut spare) = (Vec::new(), Vec::new(), Vec::new());
+    for there in [true, others, coverage] {
+        if there {
+            let group = Group::take(work.recorder, grid, 4, Storage::Full)?;
+            bound.push(group.buffer.clone());
+            made.push(group);
+        } else {
+            // What is not written must still be bound, and nothing twice.
+            let nothing = work.recorder.take(Size::new(1, 1), 16)?;
+            bound.push(nothing.clone());
+            spare.push(nothing);
+        }
+    }
+    let mut buffers = vec![&parts.split, parts.coc, &parts.edge, &picture.buffer];
+    buffers.extend(&bound);
+    work.recorder.run(&spec, &params, &buffers, workgroups(grid))?;
+    work.recorder.worked(4 * size.area() as u64)?;
+    work.recorder.give(spare);
+    Ok(made)
 }
 
 /// Lays the layers, from far to near, over each other: into `picture`, unless that is all in focus.

@@ -18,6 +18,7 @@ pub fn tests() -> Vec<(&'static str, fn())> {
         ),
         ("a_picture_in_focus_keeps_its_bits", a_picture_in_focus_keeps_its_bits),
         ("halves_blur_as_f32_does", halves_blur_as_f32_does),
+        ("halves_keep_constants", halves_keep_constants),
     ]
 }
 
@@ -163,6 +164,22 @@ fn halves_blur_as_f32_does() {
             // Roundings to eleven bits of numbers below 4: the picture, its layers, two of the fields between rows and
             // columns at a time, the blurred layers.
             assert!((x - y).abs() <= 4.0 * 5.0 * 2.0f32.powi(-12), "plane {p} at {i}: {x} {y}");
+        }
+    }
+}
+
+fn halves_keep_constants() {
+    let context = with_host(|host| host.context().clone());
+    let size = Size::new(140, 90);
+    let (_, coc) = busy(size, 1);
+    let values = [0.7, 3.0, 1e-3, 1.0];
+    let planes: Vec<Plane> = values.iter().map(|&value| scenes::constant(size, value)).collect();
+    let apart = Apart { planes: &planes, coc: &coc, layers: 5, storage: Storage::Half };
+    let result = inside::blurred(&context, &apart, 50.0).expect("it is blurred");
+    for (value, plane) in values.iter().zip(&result) {
+        for x in plane.data() {
+            // Roundings to eleven bits, 2^-11 of a value each: of colour and of coverage, before and after the blur.
+            assert!((x / value - 1.0).abs() <= 4.0 * 2.0f32.powi(-11), "{value} becomes {x}");
         }
     }
 }
