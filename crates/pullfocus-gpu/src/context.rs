@@ -21,6 +21,8 @@ struct Inner {
     queue: wgpu::Queue,
     name: String,
     limits: wgpu::Limits,
+    /// Whether marked loops are written out.
+    unrolls: bool,
     kernels: Mutex<HashMap<Spec, Arc<Kernel>>>,
     render_kernels: Mutex<HashMap<(Spec, wgpu::TextureFormat), Arc<RenderKernel>>>,
     lost: Arc<Mutex<Option<String>>>,
@@ -46,6 +48,14 @@ impl Context {
     /// (WebGPU's defaults) are enough for lines of 8192 pixels, larger ones are used where there are. Large pictures need
     /// large bindings: request the adapter's `max_storage_buffer_binding_size` and `max_buffer_size`.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        // A processor has no registers to win by it, and compiles for long.
+        let unrolls = device.adapter_info().device_type != wgpu::DeviceType::Cpu;
+        Self::with_loops(device, queue, unrolls)
+    }
+
+    /// The same, with loops over what a thread has in registers written out or not; for tests.
+    #[doc(hidden)]
+    pub fn with_loops(device: &wgpu::Device, queue: &wgpu::Queue, unrolls: bool) -> Self {
         let lost = Arc::new(Mutex::new(None));
         Self {
             inner: Arc::new(Inner {
@@ -53,6 +63,7 @@ impl Context {
                 queue: queue.clone(),
                 name: device.adapter_info().name,
                 limits: device.limits(),
+                unrolls,
                 kernels: Mutex::default(),
                 render_kernels: Mutex::default(),
                 lost,
@@ -138,7 +149,8 @@ impl Context {
     }
 
     fn compile<U: Uniform>(&self, spec: &Spec) -> Kernel {
-        let (label, source) = (spec.label(), spec.source());
+        let label = spec.label();
+        let source = if self.inner.unrolls { spec.unrolled() } else { spec.source() };
         let interface = shader::interface(&source).unwrap_or_else(|error| panic!("{label}: {error}"));
         if let Err(error) = shader::same_layout::<U>(&interface) {
             panic!("{label}: {error}");

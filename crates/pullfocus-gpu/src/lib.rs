@@ -55,6 +55,7 @@ mod shader;
 mod textures;
 mod timer;
 mod transfer;
+mod unroll;
 #[cfg(test)]
 mod walk;
 mod work;

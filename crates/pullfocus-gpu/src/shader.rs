@@ -72,6 +72,15 @@ impl Spec {
         label
     }
 
+    /// The whole shader, with marked loops written out.
+    pub fn unrolled(&self) -> String {
+        let counts = self.constants.iter().filter_map(|(name, value)| match value {
+            Constant::Count(n) => Some((*name, *n)),
+            Constant::Flag(_) => None,
+        });
+        crate::unroll::unrolled(&self.source(), &counts.collect())
+    }
+
     /// The whole shader.
     pub fn source(&self) -> String {
         let mut source = String::new();

@@ -3,8 +3,8 @@
 use crate::device::with_host;
 use pullfocus_core::diffusion::Solver;
 use pullfocus_core::response::Rational;
-use pullfocus_core::{Cancel, Diffusion, Integrator, Plane, Size};
-use pullfocus_gpu::{Host, Tuning};
+use pullfocus_core::{Cancel, Diffusion, Integrator, Layering, Plane, Preset, Settings, Size};
+use pullfocus_gpu::{Context, Host, Tuning};
 use pullfocus_testkit::conformance::diffusion::exact;
 use pullfocus_testkit::{Grid, reference, scenes};
 
@@ -13,6 +13,7 @@ pub fn tests() -> Vec<(&'static str, fn())> {
     vec![
         ("rows_and_columns_of_8k_and_more_are_exact", rows_and_columns_of_8k_and_more_are_exact),
         ("any_cut_gives_the_same_up_to_rounding", any_cut_gives_the_same_up_to_rounding),
+        ("loops_written_out_give_the_same", loops_written_out_give_the_same),
     ]
 }
 
@@ -67,5 +68,27 @@ fn any_cut_gives_the_same_up_to_rounding() {
                 }
             }
         });
+    }
+}
+
+/// What real GPUs get, on whatever is here.
+fn loops_written_out_give_the_same() {
+    let (device, queue) = with_host(|host| (host.context().device().clone(), host.context().queue().clone()));
+    let [mut plain, mut written] = [false, true]
+        .map(|loops| Host::with_context(Context::with_loops(&device, &queue, loops)).expect("a host"));
+    let scene = scenes::fence_over_ramp(Size::new(101, 67), -9.0, 14.0);
+    let general = Settings { layering: Layering::General { layers: 3 }, ..Settings::default() };
+    for settings in [Settings::preset(Preset::Preview), general] {
+        let render = |host: &mut Host| {
+            let mut scene = scene.clone();
+            host.render(&mut scene, None, &settings, &Cancel::new()).expect("it renders");
+            scene.base.picture
+        };
+        let (a, b) = (render(&mut plain), render(&mut written));
+        for (a, b) in a.planes().zip(b.planes()) {
+            let error = Grid::from_plane(a).distance_to(b);
+            // The same operations; a compiler may fuse others into one rounding.
+            assert!(error <= 2.0 * exact(&settings.diffusion), "{settings:?}: {error:e}");
+        }
     }
 }

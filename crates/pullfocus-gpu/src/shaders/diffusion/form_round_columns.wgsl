@@ -8,20 +8,20 @@ fn work(least_at: u32) {
     read_chunk(0u, &q);
     read_chunk(1u, &re);
     read_chunk(2u, &other);
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         values[j] = v_make(re[j], other[j]);
     }
     solve(&values, 0u);
     var kept: array<Lane, K>;
     read_chunk(3u, &other);
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         kept[j] = v_re(values[j]);
         values[j] = v_make(0.5 * q[j] - re[j], other[j]);
     }
     solve(&values, 1u);
     var low = Lane(-3.4e38);
     if FLOOR { low = read_least(least_at); }
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         q[j] = raised(summed(q[j], re[j], kept[j], v_re(values[j])), low);
     }
     write_chunk(0u, &q);

@@ -6,18 +6,18 @@ fn work(least_at: u32) {
     var second: array<Val, K>;
     read_chunk(0u, &lanes);
     if NOTE_LEAST { note_least(&lanes, least_at); }
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         first[j] = v_make(lanes[j], Lane(0.0));
         second[j] = first[j];
     }
     solve(&first, 0u);
     solve(&second, 1u);
-    for (var field = 0u; field < 4u; field++) {
+    /* unroll */ for (var field = 0u; field < 4u; field++) {
         var mix = p.terms[1].mix_0;
         if field == 1u { mix = p.terms[1].mix_1; }
         if field == 2u { mix = p.terms[1].mix_2; }
         if field == 3u { mix = p.terms[1].mix_3; }
-        for (var j = 0u; j < K; j++) {
+        /* unroll */ for (var j = 0u; j < K; j++) {
             lanes[j] = mixed(mix, v_re(first[j]), v_im(first[j]), v_re(second[j]), v_im(second[j]));
         }
         write_chunk(field, &lanes);

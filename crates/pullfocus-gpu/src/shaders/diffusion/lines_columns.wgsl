@@ -10,7 +10,7 @@ fn place(at: u32) -> u32 {
 }
 
 fn read_chunk(field: u32, to: ptr<function, array<Lane, K>>) {
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         var value = Lane(0.0);
         if own_active && own_first + j < p.unknowns {
             value = px_unpack(px_get(field, place(own_first + j)));
@@ -20,7 +20,7 @@ fn read_chunk(field: u32, to: ptr<function, array<Lane, K>>) {
 }
 
 fn write_chunk(field: u32, values: ptr<function, array<Lane, K>>) {
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         if own_active && own_first + j < p.unknowns {
             px_put(field, place(own_first + j), px_pack((*values)[j]));
         }

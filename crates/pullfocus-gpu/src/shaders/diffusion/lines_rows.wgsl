@@ -9,8 +9,8 @@ const NEIGHBOUR_IS_LINES_APART: bool = false;
 
 fn read_chunk(field: u32, to: ptr<function, array<Lane, K>>) {
     let block = p.chunks * STEP * HALVES;
-    for (var first = 0u; first < K; first += STEP) {
-        for (var e = 0u; e < STEP; e++) {
+    /* unroll */ for (var first = 0u; first < K; first += STEP) {
+        /* unroll */ for (var e = 0u; e < STEP; e++) {
             let flat = e * (p.per_group * p.chunks) + own_index;
             if own_index < p.per_group * p.chunks {
                 let line = flat / block;
@@ -23,7 +23,7 @@ fn read_chunk(field: u32, to: ptr<function, array<Lane, K>>) {
             }
         }
         workgroupBarrier();
-        for (var j = 0u; j < STEP; j++) {
+        /* unroll */ for (var j = 0u; j < STEP; j++) {
             let at = (((own_line / HALVES) * p.chunks + own_chunk) * STEP + j) * HALVES + own_line % HALVES;
             var value = Lane(0.0);
             if own_active && own_first + first + j < p.unknowns {
@@ -37,15 +37,15 @@ fn read_chunk(field: u32, to: ptr<function, array<Lane, K>>) {
 
 fn write_chunk(field: u32, values: ptr<function, array<Lane, K>>) {
     let block = p.chunks * STEP * HALVES;
-    for (var first = 0u; first < K; first += STEP) {
-        for (var j = 0u; j < STEP; j++) {
+    /* unroll */ for (var first = 0u; first < K; first += STEP) {
+        /* unroll */ for (var j = 0u; j < STEP; j++) {
             let at = (((own_line / HALVES) * p.chunks + own_chunk) * STEP + j) * HALVES + own_line % HALVES;
             if own_active {
                 staged[at] = px_pack((*values)[first + j]);
             }
         }
         workgroupBarrier();
-        for (var e = 0u; e < STEP; e++) {
+        /* unroll */ for (var e = 0u; e < STEP; e++) {
             let flat = e * (p.per_group * p.chunks) + own_index;
             if own_index < p.per_group * p.chunks {
                 let line = flat / block;

@@ -63,7 +63,7 @@ fn solve(values: ptr<function, array<Val, K>>, term: u32) {
             first_link = link(circle_at(own_first - 1u), before, beta);
         }
     }
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         let at = own_first + j;
         var weight = 1.0;
         var onward = 0.0;
@@ -85,7 +85,7 @@ fn solve(values: ptr<function, array<Val, K>>, term: u32) {
     // Which of the three neighbours a value counts from: the heaviest.
     var from_before = 0u;
     var from_after = 0u;
-    for (var j = 0u; j + 1u < K; j++) {
+    /* unroll */ for (var j = 0u; j < K - 1u; j++) {
         let right = two[j];
         let r = n_recip(own.weight + left + right);
         let to_own = n_mul(own.weight, r);
@@ -125,7 +125,7 @@ fn solve(values: ptr<function, array<Val, K>>, term: u32) {
 
     var next = last;
     (*values)[K - 1u] = last;
-    for (var i = 1u; i < K; i++) {
+    /* unroll */ for (var i = 1u; i < K; i++) {
         let j = K - 1u - i;
         let gathered = (*values)[j];
         let after = (from_after & (1u << j)) != 0u;
@@ -140,7 +140,7 @@ fn solve(values: ptr<function, array<Val, K>>, term: u32) {
 
 fn note_least(values: ptr<function, array<Lane, K>>, at: u32) {
     var low = Lane(0.0);
-    for (var j = 0u; j < K; j++) {
+    /* unroll */ for (var j = 0u; j < K; j++) {
         low = min(low, (*values)[j]);
     }
     for (var c = 0u; c < WIDTH; c++) {

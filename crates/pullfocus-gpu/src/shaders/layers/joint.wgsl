@@ -21,7 +21,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var color: array<vec4f, LAYERS>;
     var coverage: array<f32, LAYERS>;
     var weight: array<f32, LAYERS>;
-    for (var i = 0u; i < LAYERS; i++) {
+    /* unroll */ for (var i = 0u; i < LAYERS; i++) {
         color[i] = vec4f(0.0);
         coverage[i] = 0.0;
         if i < count {
@@ -42,21 +42,21 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // What is seen of each layer, from near to far.
     var clear = 1.0;
     var squares = 0.0;
-    for (var k = 0u; k < LAYERS; k++) {
+    /* unroll */ for (var k = 0u; k < LAYERS; k++) {
         let i = LAYERS - 1u - k;
         weight[i] = coverage[i] * clear;
         clear *= 1.0 - coverage[i];
         squares += weight[i] * weight[i];
     }
     var sum = vec4f(0.0);
-    for (var i = 0u; i < LAYERS; i++) {
+    /* unroll */ for (var i = 0u; i < LAYERS; i++) {
         sum += weight[i] * color[i];
     }
     // What is missing is added, what is too much taken away as far as no layer becomes negative by it; the rest of that is
     // scaled away.
     var rest = (value - sum) / max(squares, 1e-6);
     var part = vec4f(1.0);
-    for (var i = 0u; i < LAYERS; i++) {
+    /* unroll */ for (var i = 0u; i < LAYERS; i++) {
         let taken = -rest * weight[i];
         let left = max(color[i], vec4f(0.0));
         let limited = (taken > left) & (value >= vec4f(0.0));
@@ -66,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let scale = select(vec4f(1.0), value / left, (part < vec4f(1.0)) & (left > value));
     rest *= part;
     let covers = vec4u(0u, 1u, 2u, 3u) == vec4u(p.coverage);
-    for (var i = 0u; i < LAYERS; i++) {
+    /* unroll */ for (var i = 0u; i < LAYERS; i++) {
         if i >= p.first && i - p.first < OUTS {
             let full = (color[i] + rest * weight[i]) * scale * coverage[i];
             put(i - p.first, at, px_pack(select(full, vec4f(coverage[i]), covers)));
