@@ -10,6 +10,7 @@ use std::process::ExitCode;
 
 /// Runs the program.
 pub fn main() -> ExitCode {
+    quiet_drivers();
     start_log();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -31,6 +32,16 @@ pub fn main() -> ExitCode {
             complain(&failure.to_string());
             ExitCode::from(&failure)
         }
+    }
+}
+
+/// Vulkan drivers on Linux complain on standard error, once for each device that is looked at, where a session has no
+/// folder for sockets (farms, containers); nothing here needs one.
+fn quiet_drivers() {
+    const NAME: &str = "XDG_RUNTIME_DIR";
+    if cfg!(target_os = "linux") && std::env::var_os(NAME).is_none() {
+        // SAFETY: this is the start of the program, and no other thread is there to read the environment.
+        unsafe { std::env::set_var(NAME, std::env::temp_dir()) };
     }
 }
 
