@@ -13,7 +13,7 @@ use crate::work::Work;
 use pullfocus_core::{
     Camera, Cancel, Diffusion, Distance, Error, Frame, Layering, Plane, Report, Result, Scene, Settings, Size,
 };
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What kind of device an adapter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -445,6 +445,10 @@ impl Resident {
     }
 }
 
+/// How long an answer that is on its way is waited for, how often.
+const ANSWER: Duration = Duration::from_millis(20);
+const MOST_TRIES: u32 = 500;
+
 /// Maps a readable buffer and copies what is in it; waits for the device.
 ///
 /// # Errors
@@ -457,11 +461,17 @@ pub(crate) fn read_buffer(context: &Context, buffer: &wgpu::Buffer, bytes: u64) 
     });
     wait(context)?;
     let lost = |reason: String| Error::DeviceLost { device: context.name().to_owned(), reason };
-    match receiver.try_recv() {
-        Ok(Ok(())) => {}
-        Ok(Err(error)) => return Err(lost(error.to_string())),
-        Err(_) => return Err(lost("it did not answer".into())),
-    }
+    // The answer may come by way of another thread that waits for the same device.
+    let mut tries = 0;
+    let answer = loop {
+        match receiver.recv_timeout(ANSWER) {
+            Ok(answer) => break answer,
+            Err(_) if tries < MOST_TRIES => wait(context)?,
+            Err(_) => return Err(lost("it did not answer".into())),
+        }
+        tries += 1;
+    };
+    answer.map_err(|error| lost(error.to_string()))?;
     let bytes = slice.get_mapped_range().map_err(|error| lost(error.to_string()))?.to_vec();
     buffer.unmap();
     Ok(bytes)

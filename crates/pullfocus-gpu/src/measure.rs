@@ -111,7 +111,7 @@ impl Host {
                 };
                 let all: Vec<_> = resident.0.iter().collect();
                 recorder.stage("diffusion");
-                let how = How { floor_at_zero: true, tuning, layer: None };
+                let how = How { floor_at_zero: true, tuning, found: None };
                 diffusion::diffuse(recorder, size, &all, &medium, settings, &how)
             })
         })?;

@@ -15,6 +15,8 @@ pub struct Group {
     pub planes: u32,
     /// How they lie in memory.
     pub storage: Storage,
+    /// Which layer they belong to, from far to near, where a picture may have fewer layers.
+    pub layer: Option<u32>,
 }
 
 impl Group {
@@ -27,6 +29,11 @@ impl Group {
         }
     }
 
+    /// The same planes as a layer's.
+    pub fn of_layer(self, layer: u32) -> Self {
+        Self { layer: Some(layer), ..self }
+    }
+
     /// A group of 1 or 4 planes, with whatever was in its memory.
     ///
     /// # Errors
@@ -34,7 +41,7 @@ impl Group {
     pub fn take(recorder: &mut Recorder<'_>, size: Size, planes: u32, storage: Storage) -> Result<Self> {
         let storage = if planes == 1 { Storage::Full } else { storage };
         let bytes = size.area() as u64 * Self::pixel_bytes(planes, storage);
-        Ok(Self { buffer: recorder.take(size, bytes)?, planes, storage })
+        Ok(Self { buffer: recorder.take(size, bytes)?, planes, storage, layer: None })
     }
 }
 

@@ -25,8 +25,6 @@ pub struct Work<'w, 'r> {
     /// Smallest and largest diameter of the picture, as ordered bits (`coc.wgsl`), then how many layers were found; three
     /// words.
     pub range: wgpu::Buffer,
-    /// The layer that is worked on, from far to near, where layers may be missing.
-    pub layer: Option<u32>,
 }
 
 /// One backward-Euler step by elimination: what fills and extends, whatever the method of the blur.
@@ -55,7 +53,6 @@ impl<'w, 'r> Work<'w, 'r> {
             storage,
             tuning,
             range,
-            layer: None,
         }
     }
 
@@ -69,11 +66,7 @@ impl<'w, 'r> Work<'w, 'r> {
     ) -> Result<()> {
         let conductivity = Conductivity::Circle(circle);
         let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
-        let how = How {
-            floor_at_zero: true,
-            tuning: self.tuning,
-            layer: self.layer.map(|layer| (layer, &self.range)),
-        };
+        let how = How { floor_at_zero: true, tuning: self.tuning, found: Some(&self.range) };
         diffusion::diffuse(self.recorder, self.size, groups, &medium, &self.diffusion, &how)
     }
 
@@ -88,11 +81,7 @@ impl<'w, 'r> Work<'w, 'r> {
     ) -> Result<()> {
         let conductivity = Conductivity::Uniform(diameter);
         let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
-        let how = How {
-            floor_at_zero: false,
-            tuning: self.tuning,
-            layer: self.layer.map(|layer| (layer, &self.range)),
-        };
+        let how = How { floor_at_zero: false, tuning: self.tuning, found: Some(&self.range) };
         diffusion::diffuse(self.recorder, size, groups, &medium, &FILL, &how)
     }
 }

@@ -164,9 +164,9 @@ pub struct How<'a> {
     pub floor_at_zero: bool,
     /// How work is cut.
     pub tuning: Tuning,
-    /// Which layer the planes are, from far to near, and the buffer whose third word says how many there are: beyond that
-    /// the fast solver does nothing.
-    pub layer: Option<(u32, &'a wgpu::Buffer)>,
+    /// The buffer whose third word says how many layers there are: for groups of layers beyond that the fast solver does
+    /// nothing.
+    pub found: Option<&'a wgpu::Buffer>,
 }
 
 /// Diffuses groups of planes, in place, through one medium.
@@ -192,35 +192,49 @@ pub fn diffuse(
     let floor = how.floor_at_zero && !matches!(settings.integrator, Integrator::BackwardEuler { .. });
     let beta = f64::from(settings.calibration.factor()) / f64::from(scheme.steps);
     let vertical = f64::from(medium.vertical_scale);
-    for &group in groups {
+    // A product's groups go side by side, row by row and then column by column: they do not wait for each other. A round
+    // response needs three more buffers for each group, so those follow one another.
+    let together = if scheme.shape == Shape::Round { 1 } else { groups.len().max(1) };
+    for groups in groups.chunks(together) {
         let mut fields = Vec::new();
         if scheme.shape == Shape::Round {
             for _ in 1..FIELDS {
-                fields.push(recorder.take(size, group.buffer.size())?);
+                fields.push(recorder.take(size, groups[0].buffer.size())?);
             }
         }
-        let least_at = if floor { recorder.take_leasts(group.planes)? } else { 0 };
+        let planes = groups.iter().map(|group| group.planes).sum();
+        let mut leasts = if floor { recorder.take_leasts(planes)? } else { 0 };
+        let least_at: Vec<u32> = groups
+            .iter()
+            .map(|group| {
+                leasts += group.planes;
+                leasts - group.planes
+            })
+            .collect();
         for step in 0..scheme.steps {
             for (axis, beta) in [(Axis::rows(size), beta), (Axis::columns(size), beta * vertical * vertical)]
             {
-                let pass = Pass {
-                    size,
-                    axis,
-                    beta,
-                    medium,
-                    scheme: &scheme,
-                    group,
-                    fields: &fields,
-                    least_at,
-                    note_least: floor && step == 0 && !axis.columns,
-                    floor: floor && step + 1 == scheme.steps && axis.columns,
-                    layer: how.layer,
-                };
-                match settings.solver {
-                    Solver::Lu => partition::solve(recorder, &pass, &how.tuning)?,
-                    solver => passes::solve(recorder, &pass, solver)?,
+                for (group, &least_at) in groups.iter().zip(&least_at) {
+                    let pass = Pass {
+                        size,
+                        axis,
+                        beta,
+                        medium,
+                        scheme: &scheme,
+                        group,
+                        fields: &fields,
+                        least_at,
+                        note_least: floor && step == 0 && !axis.columns,
+                        floor: floor && step + 1 == scheme.steps && axis.columns,
+                        layer: group.layer.zip(how.found),
+                    };
+                    match settings.solver {
+                        Solver::Lu => partition::solve(recorder, &pass, &how.tuning)?,
+                        solver => passes::solve(recorder, &pass, solver)?,
+                    }
+                    let work = size.area() as u64 * u64::from(group.planes);
+                    recorder.worked(work * scheme.terms.len() as u64)?;
                 }
-                recorder.worked(size.area() as u64 * u64::from(group.planes) * scheme.terms.len() as u64)?;
             }
         }
         recorder.give(fields);

@@ -150,6 +150,8 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tunin
         if axis.columns { part!("diffusion/lines_columns") } else { part!("diffusion/lines_rows") },
     ];
     parts.push(if pass.round() { part!("diffusion/fields_4") } else { part!("diffusion/fields_1") });
+    let least = pass.note_least || pass.floor;
+    parts.push(if least { part!("diffusion/least") } else { part!("diffusion/no_least") });
     parts.push(match (pass.round(), axis.columns) {
         (false, _) => part!("diffusion/form_separable"),
         (true, false) => part!("diffusion/form_round_rows"),
@@ -186,9 +188,12 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tunin
         unused_2: 0,
         terms: terms(pass.scheme, pass.beta),
     };
-    let (nothing, least) = (recorder.memory.nothing.clone(), recorder.memory.least.clone());
-    let mut buffers =
-        vec![pass.circle(&nothing), pass.medium.gamma.unwrap_or(&nothing), &least, &pass.group.buffer];
+    let (nothing, leasts) = (recorder.memory.nothing.clone(), recorder.memory.least.clone());
+    let mut buffers = vec![pass.circle(&nothing), pass.medium.gamma.unwrap_or(&nothing)];
+    if least {
+        buffers.push(&leasts);
+    }
+    buffers.push(&pass.group.buffer);
     buffers.extend(pass.fields);
     buffers.push(pass.layer.map_or(&nothing, |(_, found)| found));
     let groups = (axis.lines * halves).div_ceil(cut.per_group);

@@ -29,7 +29,7 @@ pub fn blur_over_background(
     let size = work.size;
     let (width, height) = (size.width as u32, size.height as u32);
     let matte = work.recorder.take_plane(size)?;
-    let circle = Group { buffer: work.recorder.take_plane(size)?, planes: 1, storage: crate::Storage::Full };
+    let circle = Group::take(work.recorder, size, 1, crate::Storage::Full)?;
     let shape = Spec::new(&[part!("layers/matte")], &[]);
     for &group in picture {
         let bytes = group.buffer.size();

@@ -50,6 +50,7 @@ pub fn fill(work: &mut Work<'_, '_>, grid: Size, weighted: Vec<Group>) -> Result
         let mut coarse = Vec::with_capacity(fine.len());
         for group in fine {
             let shrunk = Group::take(work.recorder, size, 4, Storage::Full)?;
+            let shrunk = Group { layer: group.layer, ..shrunk };
             work.recorder.run(&shrink, &params, &[&group.buffer, &shrunk.buffer], workgroups(size))?;
             coarse.push(shrunk);
         }

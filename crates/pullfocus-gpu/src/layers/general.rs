@@ -111,14 +111,12 @@ pub fn blur_layers(
     let apart = take_apart(work, picture, planes, coc, layers, most_bytes)?;
     work.recorder.stage("blur");
     let mut done = Vec::new();
-    for (layer, Layer { groups, circle }) in (0..).zip(apart) {
-        work.layer = Some(layer);
+    for Layer { groups, circle } in apart {
         let all: Vec<&Group> = groups.iter().collect();
         work.blur(&all, &circle, None)?;
         work.recorder.give([circle]);
         done.push(groups);
     }
-    work.layer = None;
     work.recorder.stage("composite");
     composite(work, picture, planes, &done)?;
     work.recorder.give(done.into_iter().flatten().map(|group| group.buffer));
@@ -146,35 +144,38 @@ pub fn take_apart(
     let step = finest_step(work.display_width);
     let grid = grid_size(work.size, step);
     let parts = Parts { picture, planes, coc, split, edge, layers, grid, step, most_bytes };
-    let mut filled = Vec::new();
-    for layer in 0..layers {
-        work.layer = Some(layer);
-        filled.push(fill_layer(work, &parts, layer)?);
-    }
-    work.layer = None;
+    let filled = fill_layers(work, &parts)?;
     let apart = joint::make(work, &parts, filled)?;
     let Parts { split, edge, .. } = parts;
     work.recorder.give([split, edge]);
     Ok(apart)
 }
 
-/// Finds what a layer, counted from far to near, looks like where it is not seen.
-fn fill_layer(work: &mut Work<'_, '_>, parts: &Parts<'_>, layer: u32) -> Result<Filled> {
+/// Finds what each layer, counted from far to near, looks like where it is not seen. All of them at once: their passes do
+/// not wait for each other.
+fn fill_layers(work: &mut Work<'_, '_>, parts: &Parts<'_>) -> Result<Vec<Filled>> {
     let mut weighted = Vec::new();
-    for group in 0..parts.filled_groups() {
-        weighted.extend(gather(work, parts, layer, group)?);
-    }
-    let mut rest = fill(work, parts.grid, weighted)?.into_iter();
-    let mut filled = Filled { groups: Vec::new(), coverage: None };
-    for group in 0..parts.filled_groups() {
-        let Some(colors) = rest.next() else { break };
-        let others = if parts.has_others(group) { rest.next() } else { None };
-        filled.groups.push((colors, others));
-        if parts.has_coverage(layer, group) {
-            filled.coverage = rest.next();
+    for layer in 0..parts.layers {
+        for group in 0..parts.filled_groups() {
+            let gathered = gather(work, parts, layer, group)?;
+            weighted.extend(gathered.into_iter().map(|group| group.of_layer(layer)));
         }
     }
-    Ok(filled)
+    let mut rest = fill(work, parts.grid, weighted)?.into_iter();
+    let mut layers = Vec::new();
+    for layer in 0..parts.layers {
+        let mut filled = Filled { groups: Vec::new(), coverage: None };
+        for group in 0..parts.filled_groups() {
+            let Some(colors) = rest.next() else { break };
+            let others = if parts.has_others(group) { rest.next() } else { None };
+            filled.groups.push((colors, others));
+            if parts.has_coverage(layer, group) {
+                filled.coverage = rest.next();
+            }
+        }
+        layers.push(filled);
+    }
+    Ok(layers)
 }
 
 /// What layer `layer` is filled from, of one group of planes: in the order of [`Filled`].

@@ -53,10 +53,11 @@ pub struct Layer {
 /// [`Error::DeviceLimit`], [`Error::OutOfMemory`], a host's [`Error::Cancelled`].
 pub fn make(work: &mut Work<'_, '_>, parts: &Parts<'_>, filled: Vec<Filled>) -> Result<Vec<Layer>> {
     let mut layers = Vec::new();
-    for _ in 0..parts.layers {
+    for layer in 0..parts.layers {
         let mut groups = Vec::new();
         for group in parts.picture {
-            groups.push(Group::take(work.recorder, work.size, group.planes, work.storage)?);
+            let taken = Group::take(work.recorder, work.size, group.planes, work.storage)?;
+            groups.push(taken.of_layer(layer));
         }
         layers.push(Layer { groups, circle: work.recorder.take_plane(work.size)? });
     }

@@ -27,8 +27,6 @@ struct Params {
 @group(0) @binding(0) var<uniform> p: Params;
 @group(0) @binding(1) var<storage, read> circle: array<f32>;
 @group(0) @binding(2) var<storage, read> gamma: array<f32>;
-// Bits of the largest negative value of each plane, without its sign.
-@group(0) @binding(3) var<storage, read_write> least: array<atomic<u32>>;
 // The third word says how many layers there are: `Work::range`.
 @group(0) @binding(8) var<storage, read> found: array<u32>;
 
@@ -136,26 +134,6 @@ fn solve(values: ptr<function, array<Val, K>>, term: u32) {
         next = v_towards_both(base, one[j], near, two[j], far);
         (*values)[j] = next;
     }
-}
-
-fn note_least(values: ptr<function, array<Lane, K>>, at: u32) {
-    var low = Lane(0.0);
-    /* unroll */ for (var j = 0u; j < K; j++) {
-        low = min(low, (*values)[j]);
-    }
-    for (var c = 0u; c < WIDTH; c++) {
-        if lane_part(low, c) < 0.0 {
-            atomicMax(&least[at + c], bitcast<u32>(-lane_part(low, c)));
-        }
-    }
-}
-
-fn read_least(at: u32) -> Lane {
-    var low = Lane(0.0);
-    for (var c = 0u; c < WIDTH; c++) {
-        low = lane_with(low, c, -bitcast<f32>(atomicLoad(&least[at + c])));
-    }
-    return low;
 }
 
 @compute @workgroup_size(THREADS)
