@@ -4,13 +4,13 @@ use crate::camera;
 use crate::config::Options;
 use crate::failure::{Failure, Result};
 use crate::frames::{self, FrameFiles};
-use crate::options::{BitsName, Lens};
+use crate::options::{BitsName, Lens, StorageName};
 use crate::purpose::Purpose;
 use crate::settings;
 use crate::storage;
 use crate::threads::check_threads;
 use pullfocus::Device;
-use pullfocus_core::{DepthDecoding, Settings};
+use pullfocus_core::{DepthDecoding, Settings, Storage};
 use pullfocus_io::images::Bits;
 use pullfocus_io::output::Existing;
 use pullfocus_io::{Limits, Selection};
@@ -38,6 +38,8 @@ pub struct Job {
     pub limits: Limits,
     /// What renders.
     pub device: Device,
+    /// How a GPU keeps planes.
+    pub storage: Storage,
     /// Number of threads; all processors if none.
     pub threads: Option<u32>,
     /// `coc`: diameter shown in full colour.
@@ -145,6 +147,10 @@ impl Job {
                 storage::NO_LIMITS
             } else {
                 Limits::default()
+            },
+            storage: match blur.gpu_storage {
+                Some(StorageName::F16) => Storage::Half,
+                Some(StorageName::F32) | None => Storage::Full,
             },
             device: match purpose {
                 Purpose::Render => blur.device.clone().unwrap_or_default().0,

@@ -201,6 +201,16 @@ pub enum MethodName {
     Diffusion,
 }
 
+/// Numbers in a GPU's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StorageName {
+    /// 32 bits
+    F32,
+    /// 16 bits; sums are still of 32
+    F16,
+}
+
 /// Which layers are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -323,6 +333,9 @@ options! {
         /// part of the GPU's name. `pullfocus devices` lists them.
         #[arg(long, value_name = "DEVICE", help_heading = "Running")]
         device: DeviceChoice,
+        /// How a GPU keeps the picture: f32 (the default), or f16, which is faster and takes half the memory.
+        #[arg(long, value_name = "TYPE", help_heading = "Running")]
+        gpu_storage: StorageName,
     }
 }
 

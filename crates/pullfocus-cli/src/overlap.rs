@@ -1,8 +1,8 @@
 //! The frames of a run on their way: while one is computed, the next is read and the one before is written.
 //!
 //! Three threads hand frames to each other, and each waits until the next one takes what it has: at most three frames
-//! are in memory, one in each place. Frames stay in order. Reading and writing wait for files on threads of their
-//! own; all that is computed, decoding and encoding too, runs on the rayon pool.
+//! are in memory, one in each place. Frames stay in order. What waits for files, and what a format does in one go,
+//! happens on the threads of reading and writing; all that is done in parallel runs on the rayon pool.
 
 use crate::failure::Result;
 use crate::frames::FrameFiles;
@@ -58,7 +58,7 @@ pub enum Arrival {
     /// The device is open; before the first frame.
     Device(String),
     /// The output was there, and `--resume` kept it.
-    Kept(FrameReport),
+    Kept(Box<FrameReport>),
     /// A frame to be written, and how long it took so far, without waiting for the others.
     Made(Box<Made>, Duration),
 }
@@ -131,6 +131,7 @@ fn compute_all(
             return;
         }
     };
+    renderer.set_storage(job.storage);
     if to.send(Ok((0, Arrival::Device(renderer.device_text())))).is_err() {
         return;
     }
@@ -139,7 +140,7 @@ fn compute_all(
         let arrival = read.and_then(|read| {
             let Some((frame, reading)) = read else {
                 let report = FrameReport::new(files.inputs(), files.outputs());
-                return Ok(Arrival::Kept(FrameReport { outcome: Outcome::Skipped, ..report }));
+                return Ok(Arrival::Kept(Box::new(FrameReport { outcome: Outcome::Skipped, ..report })));
             };
             let start = Instant::now();
             let on_gpu = renderer.is_gpu();

@@ -83,6 +83,8 @@ pub struct FrameReport {
     pub outputs: Vec<String>,
     /// What became of it.
     pub outcome: Outcome,
+    /// The device that computed it: another than the run's where that had no room for it.
+    pub device: Option<String>,
     /// Width and height of the picture blurred, in pixels.
     pub size: Option<[usize; 2]>,
     /// Channels that went through the lens.
@@ -126,6 +128,7 @@ impl FrameReport {
             inputs,
             outputs,
             outcome: Outcome::Written,
+            device: None,
             size: None,
             channels: Vec::new(),
             distance: None,

@@ -41,5 +41,5 @@ pub use picture::Picture;
 pub use plane::Plane;
 pub use report::Report;
 pub use scene::{Distance, Element, Scene};
-pub use settings::{Preset, Settings};
+pub use settings::{Preset, Settings, Storage};
 pub use size::Size;

@@ -20,6 +20,17 @@ pub struct Settings {
     pub repair_depth: bool,
 }
 
+/// How a GPU keeps planes in its memory. The CPU's are f32.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Storage {
+    /// f32.
+    #[default]
+    Full,
+    /// f16: half the bytes; sums and systems are still f32. Circles of confusion and planes that stand alone stay f32.
+    Half,
+}
+
 /// Settings by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

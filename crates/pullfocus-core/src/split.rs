@@ -16,7 +16,8 @@
 pub const BINS: usize = 560;
 /// Half the histogram's range; `3 sinh(7)` is 1600 pixels at a width of 960, more than the width.
 pub const U_MAX: f64 = 7.0;
-const BIN: f64 = 2.0 * U_MAX / BINS as f64;
+/// Width of a bin.
+pub const BIN: f64 = 2.0 * U_MAX / BINS as f64;
 
 /// The knee of the scale: a diameter of 3 pixels at a width of 960.
 pub fn knee(display_width: f32) -> f32 {
@@ -200,7 +201,7 @@ impl Census {
     /// Counts a pair of neighbours at positions `a` and `b`, whose diameters differ by `step` units
     /// ([`unit()`]): steps below 1 are no edge, from 4 on they count wholly.
     pub fn pair(&mut self, a: f32, b: f32, step: f32) {
-        let weight = f64::from(((step - 1.0) / 3.0).clamp(0.0, 1.0));
+        let weight = f64::from(((step - EDGE_FROM) / (EDGE_TO - EDGE_FROM)).clamp(0.0, 1.0));
         if weight > 0.0 {
             splat(&mut self.ends, a, weight);
             splat(&mut self.ends, b, weight);
@@ -234,7 +235,7 @@ impl Census {
             .ends
             .iter()
             .zip(&pixels)
-            .map(|(end, pixel)| end / count + ALL_PIXELS * pixel * ends_total.max(1e-4))
+            .map(|(end, pixel)| end / count + ALL_PIXELS * pixel * ends_total.max(LEAST_ENDS))
             .collect();
         let centres = centres(&smooth(&weights, WEIGHTS_DEVIATION), layers.max(1));
 
@@ -263,7 +264,7 @@ impl Census {
                     let u = bin_centre(bin);
                     let off = 2.0 * (u - middle) / width;
                     let window = (1.0 - off * off).max(0.0);
-                    let weight = window * (spans[bin] / most + 1e-3) / (density[bin] / BIN + 0.02);
+                    let weight = window * (spans[bin] / most + NO_SPANS) / (density[bin] / BIN + NO_DENSITY);
                     mass += weight;
                     moment += weight * u;
                 }
@@ -271,8 +272,8 @@ impl Census {
                 before = at;
                 // du/dc at the cut: a ramp at least half a unit of diameter wide.
                 let slope = 1.0 / (1.0 + at.sinh().powi(2)).sqrt() / knee64;
-                let half = (0.1 * (b - a)).max(0.25 * unit * slope);
-                let overlap = (0.02 * (b - a)).max(0.5 * half);
+                let half = (HALF[0] * (b - a)).max(HALF[1] * unit * slope);
+                let overlap = (OVERLAP[0] * (b - a)).max(OVERLAP[1] * half);
                 Cut { at: at as f32, half: half as f32, overlap: overlap as f32 }
             })
             .collect();
@@ -280,17 +281,42 @@ impl Census {
     }
 }
 
+/// Steps between neighbours, in units ([`unit()`]): below the first they are no edge, from the second on they count wholly.
+pub const EDGE_FROM: f32 = 1.0;
+/// See [`EDGE_FROM`].
+pub const EDGE_TO: f32 = 4.0;
+
 /// Standard deviations, over u, of what is smoothed for the centres (without it a group that crosses from one
-/// cell to the next pulls its centre along at once) and for the places of cuts.
-const WEIGHTS_DEVIATION: f64 = 0.15;
-const PLACE_DEVIATION: f64 = 0.06;
+/// cell to the next pulls its centre along at once).
+pub const WEIGHTS_DEVIATION: f64 = 0.15;
+/// The same for the places of cuts.
+pub const PLACE_DEVIATION: f64 = 0.06;
 
 /// A cut is looked for at least this far around, also where two centres lie in one and the same thing: it then joins the
 /// next cut beside that thing instead of going through it.
-const LEAST_WINDOW: f64 = 1.0;
+pub const LEAST_WINDOW: f64 = 1.0;
 
 /// How much all pixels weigh beside those at depth edges.
-const ALL_PIXELS: f64 = 0.1;
+pub const ALL_PIXELS: f64 = 0.1;
+/// For that, there are at least so many ends of edges for each pixel.
+pub const LEAST_ENDS: f64 = 1e-4;
+
+/// A place that no edge spans weighs as much as so small a part of the most spanned.
+pub const NO_SPANS: f64 = 1e-3;
+/// A place where nothing lies weighs as if so much did.
+pub const NO_DENSITY: f64 = 0.02;
+
+/// Half a ramp is at least so much of the distance between two centres, and of a unit of diameter.
+pub const HALF: [f64; 2] = [0.1, 0.25];
+/// The overlap is at least so much of that distance, and of half the ramp.
+pub const OVERLAP: [f64; 2] = [0.02, 0.5];
+
+/// Sharpness of the smooth minimum and maximum: quantiles would jump from group to group.
+pub const SHARPNESS: f64 = 6.0;
+/// Holds an empty cell's centre where it was, and moves it softly once something comes; divided by the number of layers.
+pub const INERTIA: f64 = 0.05;
+/// Rounds of k-means.
+pub const ROUNDS: usize = 6;
 
 fn bin_centre(bin: usize) -> f64 {
     (bin as f64 + 0.5) * BIN - U_MAX
@@ -311,8 +337,7 @@ fn centres(weights: &[f64], layers: usize) -> Vec<f64> {
         let bin = (x as usize).min(BINS - 1);
         integral[bin] + (integral[bin + 1] - integral[bin]) * (x - bin as f64)
     };
-    // The smooth minimum and maximum: quantiles would jump from group to group.
-    const SHARPNESS: f64 = 6.0;
+    // The smooth minimum and maximum.
     let extreme = |sign: f64| {
         let sum: f64 = weights
             .iter()
@@ -324,10 +349,8 @@ fn centres(weights: &[f64], layers: usize) -> Vec<f64> {
     let (low, high) = (extreme(-1.0), extreme(1.0));
     let step = if layers > 1 { (high - low) / (layers - 1) as f64 } else { 0.0 };
     let mut centres: Vec<f64> = (0..layers).map(|i| low + step * i as f64).collect();
-    /// Holds an empty cell's centre where it was, and moves it softly once something comes.
-    const INERTIA: f64 = 0.05;
     let inertia = INERTIA / layers as f64;
-    for _ in 0..6 {
+    for _ in 0..ROUNDS {
         let cuts: Vec<f64> = centres.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
         for (i, centre) in centres.iter_mut().enumerate() {
             let from = if i == 0 { -U_MAX } else { cuts[i - 1] };
@@ -339,9 +362,14 @@ fn centres(weights: &[f64], layers: usize) -> Vec<f64> {
     centres
 }
 
+/// How many bins to either side the kernel of standard deviation `deviation` has.
+pub fn reach(deviation: f64) -> usize {
+    (3.0 * deviation / BIN) as usize + 1
+}
+
 /// Smooths over the bins with a Gaussian of standard deviation `deviation`.
 fn smooth(bins: &[f64], deviation: f64) -> Vec<f64> {
-    let reach = (3.0 * deviation / BIN) as isize + 1;
+    let reach = reach(deviation) as isize;
     let kernel: Vec<f64> =
         (-reach..=reach).map(|i| (-0.5 * (i as f64 * BIN / deviation).powi(2)).exp()).collect();
     let total: f64 = kernel.iter().sum();

@@ -100,6 +100,14 @@ impl Context {
         self.inner.kernels.lock().unwrap_or_else(PoisonError::into_inner).len()
     }
 
+    /// What all pipelines so far are made of.
+    #[cfg(test)]
+    pub(crate) fn specs(&self) -> Vec<Spec> {
+        let kernels = self.inner.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        let render_kernels = self.inner.render_kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        kernels.keys().chain(render_kernels.keys().map(|(spec, _)| spec)).cloned().collect()
+    }
+
     /// The kernel of `spec`, whose uniform is a `U`; compiled if it is new.
     ///
     /// # Panics

@@ -213,7 +213,7 @@ fn element(
     for &count in &layout(planes)[1..] {
         groups.push(Group::take(recorder, size, count, storage)?);
     }
-    let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 8)?);
+    let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 12)?);
     let meaning = picture.depth.decoding.map_or(Meaning::Coc, Meaning::Depth);
     let view = picture.depth.view;
     let format = view.texture().format();

@@ -2,7 +2,7 @@
 
 use crate::coc::{Meaning, Source, circle_of_confusion, count_blended_edges, decode_range, repair};
 use crate::context::Context;
-use crate::diffusion::{self, Conductivity, Medium, Tuning};
+use crate::diffusion::{self, Conductivity, How, Medium, Tuning};
 use crate::memory::Memory;
 use crate::pipeline::{self, Element, layout};
 use crate::planes::{Storage, groups};
@@ -70,11 +70,17 @@ fn instance() -> wgpu::Instance {
 
 impl AdapterInfo {
     fn of(adapter: &wgpu::Adapter) -> Self {
-        let info = adapter.get_info();
-        let limits = adapter.limits();
         let capabilities = adapter.get_downlevel_capabilities();
-        let computes = capabilities.flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
-            && limits.max_storage_buffers_per_shader_stage >= LEAST_BUFFERS;
+        let computes = capabilities.flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS);
+        Self::new(adapter.get_info(), &adapter.limits(), computes)
+    }
+
+    fn of_device(device: &wgpu::Device) -> Self {
+        Self::new(device.adapter_info(), &device.limits(), true)
+    }
+
+    fn new(info: wgpu::AdapterInfo, limits: &wgpu::Limits, computes: bool) -> Self {
+        let computes = computes && limits.max_storage_buffers_per_shader_stage >= LEAST_BUFFERS;
         Self {
             name: info.name,
             kind: match info.device_type {
@@ -181,10 +187,18 @@ impl Host {
             tracing::error!(%error, "device");
             fault.note_lost(error.to_string());
         }));
+        Self::with_context(context)
+    }
+
+    /// A host on a device that is there already.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn with_context(context: Context) -> Result<Self> {
         let memory = Memory::new(&context)?;
         let timer = Timer::new(&context);
         Ok(Self {
-            info,
+            info: AdapterInfo::of_device(context.device()),
             context,
             memory,
             storage: Storage::Full,
@@ -268,7 +282,8 @@ impl Host {
         let medium =
             Medium { conductivity: Conductivity::Circle(&circle), gamma: gamma.as_ref(), vertical_scale };
         let all: Vec<_> = groups.iter().collect();
-        diffusion::diffuse(&mut recorder, size, &all, &medium, settings, false, &self.tuning)?;
+        let how = How { tuning: self.tuning, ..How::default() };
+        diffusion::diffuse(&mut recorder, size, &all, &medium, settings, &how)?;
         download(&mut recorder, size, &groups, planes)?;
         recorder.give(groups.into_iter().map(|group| group.buffer).chain([circle]).chain(gamma));
         recorder.finish()
@@ -304,6 +319,7 @@ impl Host {
         let start = Instant::now();
         let sink = Sink::Host { encoder: None, cancel, work: 0 };
         let mut recorder = Recorder::new(&self.context, &mut self.memory, sink, self.timer.as_mut())?;
+        recorder.stage("load");
         let camera = (&scene.frame, camera, settings);
         let base = Resident::new(&mut recorder, &scene.base, camera, self.storage)?;
         let near = match &scene.foreground {
@@ -333,7 +349,9 @@ impl Host {
             + match settings.layering {
                 Layering::Single => 1,
                 Layering::Background { layers, .. } => 1 + layers as usize,
-                Layering::General { layers } => layers as usize,
+                // All in focus: the picture itself.
+                Layering::General { .. } if report.coc_range == [0.0, 0.0] => 0,
+                Layering::General { .. } => base.layers_found(&mut recorder)?,
             };
         download(&mut recorder, size, &base.element.groups, scene.base.picture.planes_mut())?;
         base.give_back(&mut recorder);
@@ -375,7 +393,7 @@ impl Resident {
         let planes: Vec<&Plane> = element.picture.planes().collect();
         let groups = upload(recorder, size, &planes, &layout(planes.len()), storage, true)?;
         recorder.stage("circle of confusion");
-        let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 8)?);
+        let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 12)?);
         let source = upload_plane(recorder, element.distance.plane())?;
         let mut edges = None;
         match &element.distance {
@@ -405,6 +423,11 @@ impl Resident {
 
     fn coc_range(&self, recorder: &mut Recorder<'_>) -> Result<[f32; 2]> {
         Ok(decode_range(&recorder.read(&self.range, 8)?))
+    }
+
+    fn layers_found(&self, recorder: &mut Recorder<'_>) -> Result<usize> {
+        let bytes = recorder.read(&self.range, 12)?;
+        Ok(u32::from_le_bytes([bytes[8], bytes[9], bytes[10], bytes[11]]) as usize)
     }
 
     fn blended_edges(&self, recorder: &mut Recorder<'_>) -> Result<Option<f32>> {

@@ -1,6 +1,6 @@
 //! How long things take on a device, by its own clock where it has one: for benchmarks.
 
-use crate::diffusion::{self, Conductivity, Medium};
+use crate::diffusion::{self, Conductivity, How, Medium};
 use crate::embed::{Buffers, Depth, FrameSettings, Inputs, Picture};
 use crate::host::Host;
 use crate::planes::{Storage, groups};
@@ -111,7 +111,8 @@ impl Host {
                 };
                 let all: Vec<_> = resident.0.iter().collect();
                 recorder.stage("diffusion");
-                diffusion::diffuse(recorder, size, &all, &medium, settings, true, &tuning)
+                let how = How { floor_at_zero: true, tuning, layer: None };
+                diffusion::diffuse(recorder, size, &all, &medium, settings, &how)
             })
         })?;
         self.recorded(cancel, None, |recorder| {

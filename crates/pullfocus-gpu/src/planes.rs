@@ -4,15 +4,7 @@ use crate::recorder::Recorder;
 use crate::shader::{Part, part};
 use pullfocus_core::{Result, Size};
 
-/// How planes lie in memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Storage {
-    /// f32.
-    #[default]
-    Full,
-    /// f16: half the bytes; sums and systems are still f32. Circles of confusion and planes that stand alone stay f32.
-    Half,
-}
+pub use pullfocus_core::Storage;
 
 /// Some planes of one size, interleaved: a vector of four for each pixel, or one number.
 #[derive(Debug, Clone)]

@@ -6,11 +6,25 @@
 use std::fmt::Write;
 use wgpu::naga;
 
-/// A part of a shader: its name and text.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// A part of a shader: its name and text. The name stands for the text: parts are compared by it.
+#[derive(Debug, Clone, Copy)]
 pub struct Part {
     pub name: &'static str,
     pub text: &'static str,
+}
+
+impl PartialEq for Part {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Part {}
+
+impl std::hash::Hash for Part {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.name.hash(state);
+    }
 }
 
 /// Includes `shaders/NAME.wgsl`.

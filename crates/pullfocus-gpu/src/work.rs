@@ -1,6 +1,6 @@
 //! What every step of a render has at hand.
 
-use crate::diffusion::{self, Conductivity, Medium, Tuning};
+use crate::diffusion::{self, Conductivity, How, Medium, Tuning};
 use crate::planes::{Group, Storage};
 use crate::recorder::Recorder;
 use pullfocus_core::diffusion::Calibration;
@@ -22,8 +22,11 @@ pub struct Work<'w, 'r> {
     pub storage: Storage,
     /// How work is cut.
     pub tuning: Tuning,
-    /// Smallest and largest diameter of the picture, as ordered bits (`range.wgsl`); 8 bytes.
+    /// Smallest and largest diameter of the picture, as ordered bits (`coc.wgsl`), then how many layers were found; three
+    /// words.
     pub range: wgpu::Buffer,
+    /// The layer that is worked on, from far to near, where layers may be missing.
+    pub layer: Option<u32>,
 }
 
 /// One backward-Euler step by elimination: what fills and extends, whatever the method of the blur.
@@ -52,6 +55,7 @@ impl<'w, 'r> Work<'w, 'r> {
             storage,
             tuning,
             range,
+            layer: None,
         }
     }
 
@@ -65,7 +69,12 @@ impl<'w, 'r> Work<'w, 'r> {
     ) -> Result<()> {
         let conductivity = Conductivity::Circle(circle);
         let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
-        diffusion::diffuse(self.recorder, self.size, groups, &medium, &self.diffusion, true, &self.tuning)
+        let how = How {
+            floor_at_zero: true,
+            tuning: self.tuning,
+            layer: self.layer.map(|layer| (layer, &self.range)),
+        };
+        diffusion::diffuse(self.recorder, self.size, groups, &medium, &self.diffusion, &how)
     }
 
     /// Smooths groups of planes of `size` evenly, as a circle of `diameter` of their pixels would; where `gamma` is given it
@@ -79,6 +88,11 @@ impl<'w, 'r> Work<'w, 'r> {
     ) -> Result<()> {
         let conductivity = Conductivity::Uniform(diameter);
         let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
-        diffusion::diffuse(self.recorder, size, groups, &medium, &FILL, false, &self.tuning)
+        let how = How {
+            floor_at_zero: false,
+            tuning: self.tuning,
+            layer: self.layer.map(|layer| (layer, &self.range)),
+        };
+        diffusion::diffuse(self.recorder, size, groups, &medium, &FILL, &how)
     }
 }

@@ -1,11 +1,16 @@
 //! One renderer for every device.
 
 use crate::device::Device;
-use pullfocus_core::{Camera, Cancel, Distance, Error, Frame, Plane, Report, Result, Scene, Settings};
+use pullfocus_core::{
+    Camera, Cancel, Distance, Error, Frame, Plane, Report, Result, Scene, Settings, Storage,
+};
 use std::fmt::Debug;
 
 /// What the renderer asks of a GPU.
 trait Gpu: Debug + Send {
+    /// How planes lie in its memory from the next frame on.
+    fn set_storage(&mut self, storage: Storage);
+
     /// As [`Renderer::render`]. Where it refuses a picture or is lost, the scene is as it was.
     fn render(
         &mut self,
@@ -94,6 +99,18 @@ impl Renderer {
         self.fell_back.as_deref()
     }
 
+    /// The name of the device that rendered the last frame: [`Renderer::device_name`], or "cpu" if it fell back.
+    pub fn rendered_on(&self) -> &str {
+        if self.fell_back.is_some() { CPU } else { &self.name }
+    }
+
+    /// How a GPU keeps planes in its memory from the next frame on; the CPU keeps f32.
+    pub fn set_storage(&mut self, storage: Storage) {
+        if let Some(gpu) = &mut self.gpu {
+            gpu.set_storage(storage);
+        }
+    }
+
     /// Replaces `scene.base.picture` by the picture through the lens. Alpha and further planes go through
     /// the same lens; depth stays as it was. The camera may be left out where circles of confusion are given.
     ///
@@ -161,10 +178,14 @@ fn is_devices(error: &Error) -> bool {
 mod opening {
     use super::{Gpu, Renderer};
     use crate::device::{devices, there_are};
-    use pullfocus_core::{Camera, Cancel, Error, Report, Result, Scene, Settings};
+    use pullfocus_core::{Camera, Cancel, Error, Report, Result, Scene, Settings, Storage};
     use pullfocus_gpu::{Choice, Host};
 
     impl Gpu for Host {
+        fn set_storage(&mut self, storage: Storage) {
+            Host::set_storage(self, storage);
+        }
+
         fn render(
             &mut self,
             scene: &mut Scene,
@@ -247,6 +268,8 @@ mod tests {
     struct Fake(Option<Error>);
 
     impl Gpu for Fake {
+        fn set_storage(&mut self, _: Storage) {}
+
         fn render(
             &mut self,
             scene: &mut Scene,
@@ -307,10 +330,11 @@ mod tests {
             assert_eq!(rendered(&mut renderer).unwrap(), by_cpu);
             let told = renderer.fell_back().unwrap();
             assert!(told.contains("CPU") && told.contains("Fake 1") && told.contains(word), "{told}");
+            assert_eq!(renderer.rendered_on(), "cpu");
             // The next frame may fit.
             assert!(renderer.is_gpu() && renderer.device_name() == "Fake 1");
             assert_eq!(rendered(&mut renderer).unwrap(), painted());
-            assert_eq!(renderer.fell_back(), None);
+            assert_eq!((renderer.fell_back(), renderer.rendered_on()), (None, "Fake 1"));
         }
     }
 

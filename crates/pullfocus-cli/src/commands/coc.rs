@@ -50,6 +50,7 @@ fn circles(
         )
         .map_err(|error| Failure::Failed(anyhow::Error::from(error).context(files.name())))?;
     made.report.take(&found);
+    made.report.device = Some(renderer.rendered_on().to_owned());
     made.report.layers = None;
     made.picture = scene.base.picture;
     made.coc = coc;

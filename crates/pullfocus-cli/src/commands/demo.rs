@@ -105,6 +105,7 @@ fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
     let options = options(folder, args);
     let job = Job::new(&options, Purpose::Render)?;
     let mut renderer = Renderer::open(&job.device)?;
+    renderer.set_storage(job.storage);
     say(&format!("device: {}", renderer.device_text()));
     told.device = Some(renderer.device_text());
     let begin = Instant::now();
@@ -153,6 +154,7 @@ fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
                 outputs.iter().map(|path| path.display().to_string()).collect(),
             );
             report.take(&rendered);
+            report.device = Some(renderer.rendered_on().to_owned());
             report.camera = resolved.values;
             report.size = Some([size.width, size.height]);
             let writing = Instant::now();

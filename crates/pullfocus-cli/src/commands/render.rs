@@ -120,7 +120,7 @@ fn all(
                 told.device = Some(device);
                 return Ok(());
             }
-            Arrival::Kept(report) => report,
+            Arrival::Kept(report) => *report,
             Arrival::Made(mut made, time) => {
                 std::mem::take(&mut made.warnings).into_iter().for_each(|warning| console.warn(warning));
                 cancel.check()?;
@@ -224,6 +224,7 @@ fn blur(
     }
     made.warnings.extend(renderer.fell_back().map(str::to_owned));
     made.report.take(&rendered);
+    made.report.device = Some(renderer.rendered_on().to_owned());
     made.picture = scene.base.picture;
     Ok(made)
 }

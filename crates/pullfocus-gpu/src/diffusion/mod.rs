@@ -94,6 +94,8 @@ struct Pass<'a> {
     least_at: u32,
     note_least: bool,
     floor: bool,
+    /// Which layer this is, and where it stands how many there are.
+    layer: Option<(u32, &'a wgpu::Buffer)>,
 }
 
 impl Pass<'_> {
@@ -155,8 +157,19 @@ fn lanes_part(lanes: u32) -> Part {
     }
 }
 
-/// Diffuses groups of planes, in place, through one medium. With `floor_at_zero` results stay at or above the least value
-/// of their plane, or 0 if that is less.
+/// What a diffusion is told beside its settings.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct How<'a> {
+    /// Results stay at or above the least value of their plane, or 0 if that is less.
+    pub floor_at_zero: bool,
+    /// How work is cut.
+    pub tuning: Tuning,
+    /// Which layer the planes are, from far to near, and the buffer whose third word says how many there are: beyond that
+    /// the fast solver does nothing.
+    pub layer: Option<(u32, &'a wgpu::Buffer)>,
+}
+
+/// Diffuses groups of planes, in place, through one medium.
 ///
 /// # Errors
 /// [`pullfocus_core::Error::Setting`], [`pullfocus_core::Error::DeviceLimit`],
@@ -168,8 +181,7 @@ pub fn diffuse(
     groups: &[&Group],
     medium: &Medium<'_>,
     settings: &Diffusion,
-    floor_at_zero: bool,
-    tuning: &Tuning,
+    how: &How<'_>,
 ) -> Result<()> {
     settings.check()?;
     if size.area() == 0 {
@@ -177,7 +189,7 @@ pub fn diffuse(
     }
     let scheme = Scheme::new(settings)?;
     // Backward Euler takes means: it has no lobe to cut.
-    let floor = floor_at_zero && !matches!(settings.integrator, Integrator::BackwardEuler { .. });
+    let floor = how.floor_at_zero && !matches!(settings.integrator, Integrator::BackwardEuler { .. });
     let beta = f64::from(settings.calibration.factor()) / f64::from(scheme.steps);
     let vertical = f64::from(medium.vertical_scale);
     for &group in groups {
@@ -202,9 +214,10 @@ pub fn diffuse(
                     least_at,
                     note_least: floor && step == 0 && !axis.columns,
                     floor: floor && step + 1 == scheme.steps && axis.columns,
+                    layer: how.layer,
                 };
                 match settings.solver {
-                    Solver::Lu => partition::solve(recorder, &pass, tuning)?,
+                    Solver::Lu => partition::solve(recorder, &pass, &how.tuning)?,
                     solver => passes::solve(recorder, &pass, solver)?,
                 }
                 recorder.worked(size.area() as u64 * u64::from(group.planes) * scheme.terms.len() as u64)?;

@@ -16,6 +16,10 @@ uniform! {
         per_group: u32,
         diameter: f32,
         least_at: u32,
+        layer: u32,
+        unused_0: u32,
+        unused_1: u32,
+        unused_2: u32,
         terms: [TermUniform; 2],
     }
 }
@@ -90,10 +94,13 @@ impl Need {
             for lines in (1..=wanted.div_ceil(self.halves)).rev() {
                 let per_group = lines * self.halves;
                 let used = chunks * per_group;
-                let threads = used.max(tuning.threads).next_multiple_of(64).min(most);
-                for step in if self.columns { [0; 3] } else { [4, 2, 1] } {
-                    if used <= threads && self.workgroup_bytes(threads, step) <= memory {
-                        return Some(Cut { chunk, chunks, per_group, threads, step });
+                // As many threads for many sizes of picture, so that they share a pipeline.
+                for threads in [used.max(tuning.threads), used] {
+                    let threads = threads.next_multiple_of(64).min(most);
+                    for step in if self.columns { [0; 3] } else { [4, 2, 1] } {
+                        if used <= threads && self.workgroup_bytes(threads, step) <= memory {
+                            return Some(Cut { chunk, chunks, per_group, threads, step });
+                        }
                     }
                 }
             }
@@ -158,6 +165,7 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tunin
         has_gamma,
         ("NOTE_LEAST", Constant::Flag(pass.note_least)),
         ("FLOOR", Constant::Flag(pass.floor)),
+        ("SKIPS", Constant::Flag(pass.layer.is_some())),
     ];
     if !axis.columns {
         constants.push(("STEP", Constant::Count(cut.step)));
@@ -172,12 +180,17 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tunin
         per_group: cut.per_group,
         diameter: pass.diameter(),
         least_at: pass.least_at,
+        layer: pass.layer.map_or(0, |(layer, _)| layer),
+        unused_0: 0,
+        unused_1: 0,
+        unused_2: 0,
         terms: terms(pass.scheme, pass.beta),
     };
     let (nothing, least) = (recorder.memory.nothing.clone(), recorder.memory.least.clone());
     let mut buffers =
         vec![pass.circle(&nothing), pass.medium.gamma.unwrap_or(&nothing), &least, &pass.group.buffer];
     buffers.extend(pass.fields);
+    buffers.push(pass.layer.map_or(&nothing, |(_, found)| found));
     let groups = (axis.lines * halves).div_ceil(cut.per_group);
     recorder.run(&Spec::new(&parts, &constants), &params, &buffers, [groups, 1, 1])
 }

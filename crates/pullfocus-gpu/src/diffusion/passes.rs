@@ -174,15 +174,23 @@ impl System<'_, '_> {
         } else {
             part!("diffusion/right_separable")
         });
+        // Least values are those of the picture, not of what rows made of it.
+        parts.push(if columns_of_round {
+            part!("diffusion/note_nothing")
+        } else {
+            part!("diffusion/note_least")
+        });
         parts.push(part!("diffusion/setup"));
         let [has_circle, has_gamma] = pass.flags();
         let note = Constant::Flag(pass.note_least && term == 0);
         let spec = Spec::new(&parts, &[has_circle, has_gamma, ("NOTE_LEAST", note)]);
         let (nothing, least) = (recorder.memory.nothing.clone(), recorder.memory.least.clone());
-        let mut buffers =
-            vec![pass.circle(&nothing), pass.medium.gamma.unwrap_or(&nothing), &least, &pass.group.buffer];
+        let mut buffers = vec![pass.circle(&nothing), pass.medium.gamma.unwrap_or(&nothing)];
         if columns_of_round {
+            buffers.push(&pass.group.buffer);
             buffers.extend(pass.fields);
+        } else {
+            buffers.extend([&least, &pass.group.buffer]);
         }
         buffers.extend([&self.rows, &self.values]);
         recorder.run(&spec, &pass.params(term), &buffers, pass.workgroups(pass.axis.unknowns))

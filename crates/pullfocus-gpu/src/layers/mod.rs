@@ -1,19 +1,24 @@
 //! Layers: the picture taken apart by its circle of confusion, blurred, and put together again.
 
 mod background;
+mod census;
+mod edges;
 mod fill;
 mod foreground;
+mod general;
+mod joint;
 mod over;
+#[cfg(test)]
+mod tests;
 
 pub use background::blur_over_background;
-/// TEMP until h4
-pub fn blur_layers(
-    _: &mut crate::work::Work<'_, '_>,
-    _: &[crate::planes::Group],
-    _: usize,
-    _: &wgpu::Buffer,
-    _: u32,
-) -> pullfocus_core::Result<()> {
-    unimplemented!()
-}
+pub use census::{SPLIT_BYTES, split};
 pub use foreground::blur_element_over;
+pub use general::{blur_layers, composite, take_apart};
+
+use crate::shader::{Part, part};
+
+/// Constants of core and the scale of layers.
+fn scale_parts() -> [Part; 2] {
+    [part!("layers/constants"), part!("layers/scale")]
+}

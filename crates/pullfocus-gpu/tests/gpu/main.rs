@@ -4,6 +4,9 @@
 //! `PULLFOCUS_TEST_GPU=required` no adapter is a failure.
 
 mod device;
+mod embed;
+mod layers;
+mod lines;
 
 use libtest_mimic::{Arguments, Trial};
 use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
@@ -53,6 +56,15 @@ fn main() {
     }
     for (name, check) in pullfocus_testkit::render_checks!(Subject) {
         add(format!("render::{name}"), Box::new(move || check(&mut Subject)));
+    }
+    for (name, test) in embed::tests() {
+        add(format!("embed::{name}"), Box::new(test));
+    }
+    for (name, test) in layers::tests() {
+        add(format!("layers::{name}"), Box::new(test));
+    }
+    for (name, test) in lines::tests() {
+        add(format!("lines::{name}"), Box::new(test));
     }
     let conclusion = libtest_mimic::run(&arguments, trials);
     let complaints = device::complaints();

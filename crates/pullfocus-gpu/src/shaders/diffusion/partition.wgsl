@@ -16,6 +16,11 @@ struct Params {
     diameter: f32,
     // Where the least value of each plane stands.
     least_at: u32,
+    // Which layer this is, from far to near; where SKIPS.
+    layer: u32,
+    unused_0: u32,
+    unused_1: u32,
+    unused_2: u32,
     terms: array<Term, 2>,
 }
 
@@ -24,6 +29,8 @@ struct Params {
 @group(0) @binding(2) var<storage, read> gamma: array<f32>;
 // Bits of the largest negative value of each plane, without its sign.
 @group(0) @binding(3) var<storage, read_write> least: array<atomic<u32>>;
+// The third word says how many layers there are: `Work::range`.
+@group(0) @binding(8) var<storage, read> found: array<u32>;
 
 var<private> own_index: u32;
 var<private> own_line: u32;
@@ -153,6 +160,11 @@ fn read_least(at: u32) -> Lane {
 
 @compute @workgroup_size(THREADS)
 fn main(@builtin(local_invocation_index) index: u32, @builtin(workgroup_id) group: vec3u) {
+    if SKIPS {
+        // By way of workgroup memory, so that all of the workgroup goes or stays.
+        if index == 0u { node_weight[0] = n_real(select(1.0, 0.0, found[2] <= p.layer)); }
+        if n_size(workgroupUniformLoad(&node_weight[0])) == 0.0 { return; }
+    }
     own_index = index;
     own_line = line_of(index);
     own_chunk = select(p.chunks, chunk_of(index), index < p.per_group * p.chunks);

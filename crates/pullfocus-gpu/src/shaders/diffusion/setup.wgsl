@@ -15,7 +15,6 @@ struct Params {
 @group(0) @binding(0) var<uniform> p: Params;
 @group(0) @binding(1) var<storage, read> circle: array<f32>;
 @group(0) @binding(2) var<storage, read> gamma: array<f32>;
-@group(0) @binding(3) var<storage, read_write> least: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> rows: array<Row>;
 @group(0) @binding(9) var<storage, read_write> known: array<Val>;
 
@@ -37,12 +36,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if j > 0u { before = link(circle_at(at - p.along), circle_at(at), p.terms[p.term].beta); }
     rows[to] = Row(n_own(p.terms[p.term].sigma, weight), n_real(before));
     let first = px_unpack(px_get(0u, at));
-    if NOTE_LEAST {
-        for (var c = 0u; c < WIDTH; c++) {
-            if lane_part(first, c) < 0.0 {
-                atomicMax(&least[p.least_at + c], bitcast<u32>(-lane_part(first, c)));
-            }
-        }
-    }
+    note(first);
     known[to] = right_side(first, at);
 }

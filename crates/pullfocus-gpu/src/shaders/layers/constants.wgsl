@@ -1,0 +1,25 @@
+// As in `pullfocus_core::split` and `pullfocus_core::layers`.
+const MOST_LAYERS: u32 = 16;
+const BINS: u32 = 560;
+const U_MAX: f32 = 7.0;
+const BIN: f32 = 0.025;
+const EDGE_FROM: f32 = 1.0;
+const EDGE_TO: f32 = 4.0;
+const WEIGHTS_DEVIATION: f32 = 0.15;
+const PLACE_DEVIATION: f32 = 0.06;
+const LEAST_WINDOW: f32 = 1.0;
+const ALL_PIXELS: f32 = 0.1;
+const LEAST_ENDS: f32 = 0.0001;
+const NO_SPANS: f32 = 0.001;
+const NO_DENSITY: f32 = 0.02;
+const HALF: vec2f = vec2f(0.1, 0.25);
+const OVERLAP: vec2f = vec2f(0.02, 0.5);
+const SHARPNESS: f32 = 6.0;
+const INERTIA: f32 = 0.05;
+const ROUNDS: u32 = 6;
+const EDGE_STEP: vec2f = vec2f(0.5, 2.0);
+const EDGE_TRUST: f32 = 0.1;
+const COLOR_NOISE: f32 = 0.05;
+const VARIANCE: f32 = 8.0;
+const LEAST_SHARE: f32 = 0.4;
+const OWN_FROM: f32 = 0.2;
