@@ -43,7 +43,7 @@ const LAYERED: &str = "foreground + behind";
 /// A fence over a ramp, given by circles; two planes, given by depth.
 pub fn made(size: Size) -> Result<Vec<TestFrame>> {
     let fence = fence_over_ramp(size, -0.02 * size.width as f32, 0.04 * size.width as f32);
-    let planes = TwoPlanes::new(size, 4.0);
+    let planes = TwoPlanes::new(size, 2.0);
     let single = planes.single();
     let circle = circles(&single.base, &planes.camera)?;
     let frame = |name: &str, input, scene, camera, circle| TestFrame {

@@ -7,6 +7,7 @@ mod data;
 mod difference;
 mod figures;
 mod frames;
+mod gpu;
 mod jacobi;
 mod panels;
 mod place;
@@ -36,6 +37,8 @@ enum Command {
     Figures(figures::Options),
     /// Frames per second, time per unknown, memory.
     Speed(speed::Options),
+    /// A GPU: solvers, whole frames, storage; beside the papers, a memory copy and cuSPARSE.
+    Gpu(gpu::Options),
     /// Whether the GPU makes the CPU's pictures; fails where it does not.
     Same(same::Options),
 }
@@ -46,6 +49,7 @@ fn main() -> Result<()> {
         Command::Quality(options) => quality::run(&options),
         Command::Figures(options) => figures::run(&options),
         Command::Speed(options) => speed::run(&options),
+        Command::Gpu(options) => gpu::run(&options),
         Command::Same(options) => same::run(&options),
     }
 }
