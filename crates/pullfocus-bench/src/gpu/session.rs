@@ -199,8 +199,8 @@ mod tests {
         let mut pace = Pace::default();
         assert_eq!(pace.rounds("a", 1e6, 20), 3);
         pace.0.insert("a".into(), 1e-9);
-        // 1 ms: all; 0.03 s: ten; 0.5 s: the least; 5 s: one.
-        assert_eq!([1e6, 3e7, 5e8, 5e9].map(|units| pace.rounds("a", units, 20)), [20, 10, 3, 1]);
+        // 1 ms: all; 0.025 s: twelve; 0.5 s: the least; 5 s: one.
+        assert_eq!([1e6, 2.5e7, 5e8, 5e9].map(|units| pace.rounds("a", units, 20)), [20, 12, 3, 1]);
         assert_eq!(pace.rounds("a", 5e8, 1), 1);
     }
 
