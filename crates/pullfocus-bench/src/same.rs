@@ -42,6 +42,8 @@ struct Row {
     name: String,
     input: &'static str,
     settings: &'static str,
+    /// The frame's largest colour: sums round to parts of it.
+    brightest: f32,
     difference: Difference,
     /// CPU and GPU from the f64 reference, where there is one.
     from_reference: Option<[Difference; 2]>,
@@ -98,6 +100,7 @@ fn compare(
         name: frame.name.clone(),
         input: frame.input,
         settings: name,
+        brightest: frame.scene.base.picture.planes().flat_map(Plane::data).fold(0.0, |most, v| v.max(most)),
         difference: Difference::between(&by_gpu, &by_cpu, BOUND),
         from_reference,
     })
@@ -120,6 +123,7 @@ fn report(rows: &[Row], head: &str) -> String {
         "frame",
         "input",
         "settings",
+        "brightest value",
         "largest difference",
         "mean",
         "values above 1e-4",
@@ -133,6 +137,7 @@ fn report(rows: &[Row], head: &str) -> String {
             row.name.clone(),
             row.input.to_owned(),
             row.settings.to_owned(),
+            format!("{:.1}", row.brightest),
             format!("{:.1e}", row.difference.largest),
             format!("{:.1e}", row.difference.mean()),
             row.difference.above.to_string(),
@@ -148,7 +153,8 @@ fn report(rows: &[Row], head: &str) -> String {
     };
     format!(
         "# The same picture from both\n\n{head}\n\n{said} The farthest is {:.1e}.\n\n\
-         A value's difference is |GPU - CPU| / max(|CPU|, {FLOOR}). Both compute in f32. One layer has a reference in f64: the largest\n\
+         A value's difference is |GPU - CPU| / max(|CPU|, {FLOOR}). Both compute in f32, whose sums round to\n\
+         parts of the brightest value around. One layer has a reference in f64: the largest\n\
          difference of each from that is beside it.\n\n{}",
         all.largest,
         table.to_markdown()
@@ -161,7 +167,14 @@ mod tests {
 
     fn row(a: f64) -> Row {
         let difference = Difference::of([(a, 1.0), (1.0, 1.0)], BOUND);
-        Row { name: "x".into(), input: "y", settings: "z", difference, from_reference: Some([difference; 2]) }
+        Row {
+            name: "x".into(),
+            input: "y",
+            settings: "z",
+            brightest: 3.0,
+            difference,
+            from_reference: Some([difference; 2]),
+        }
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl Pace {
     fn rounds(&self, label: &str, units: f64, most: usize) -> usize {
         let Some(each) = self.0.get(label) else { return LEAST_ROUNDS.min(most) };
         let least = if each * units > 1.0 { 1 } else { LEAST_ROUNDS };
-        ((CASE_SECONDS / (each * units).max(1e-9)) as usize).clamp(least.min(most), most)
+        ((CASE_SECONDS / (each * units).max(1e-9)).round() as usize).clamp(least.min(most), most)
     }
 }
 
