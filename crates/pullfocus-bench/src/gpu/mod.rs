@@ -29,7 +29,7 @@ pub struct Options {
     /// The most rounds of a case; long ones have fewer.
     #[arg(long, default_value_t = 20)]
     rounds: usize,
-    /// The largest picture, as 1920x1080; 7680x4320 where none is given, 1024x768 on a software adapter.
+    /// The largest picture, as 1920x1080; 7680x4320 where none is given, 512x512 on a software adapter.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     largest: Option<Size>,
     /// After so many minutes the cases that are left are left out.
@@ -62,7 +62,7 @@ fn parse_size(text: &str) -> std::result::Result<Size, String> {
 pub fn run(options: &Options) -> Result<()> {
     let host = options.adapter.open()?;
     let software = crate::adapter::is_software(host.info());
-    let largest = if software { Size::new(1024, 768) } else { Size::new(7680, 4320) };
+    let largest = if software { Size::new(512, 512) } else { Size::new(7680, 4320) };
     let quick = options.output.quick;
     let rounds = if quick { 1 } else { options.rounds.max(1) };
     let limit = Duration::from_secs_f64(60.0 * options.minutes.clamp(0.0, 1e4));
