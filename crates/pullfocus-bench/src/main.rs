@@ -1,13 +1,18 @@
 //! Unpublished: benchmarks, the quality table, the papers' figures. Each command writes tables into `docs/results` and
 //! pictures into `docs/pictures`, with the machine, the commit and the command that made them.
 
+mod adapter;
 mod chart;
 mod data;
+mod difference;
 mod figures;
+mod frames;
+mod gpu;
 mod jacobi;
 mod panels;
 mod place;
 mod quality;
+mod same;
 mod speed;
 mod table;
 
@@ -32,6 +37,10 @@ enum Command {
     Figures(figures::Options),
     /// Frames per second, time per unknown, memory.
     Speed(speed::Options),
+    /// A GPU: solvers, whole frames, storage; beside the papers, a memory copy and cuSPARSE.
+    Gpu(gpu::Options),
+    /// Whether the GPU makes the CPU's pictures; fails where it does not.
+    Same(same::Options),
 }
 
 fn main() -> Result<()> {
@@ -40,6 +49,8 @@ fn main() -> Result<()> {
         Command::Quality(options) => quality::run(&options),
         Command::Figures(options) => figures::run(&options),
         Command::Speed(options) => speed::run(&options),
+        Command::Gpu(options) => gpu::run(&options),
+        Command::Same(options) => same::run(&options),
     }
 }
 

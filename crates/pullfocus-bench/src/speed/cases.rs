@@ -65,7 +65,7 @@ pub fn lens(size: Size, largest: f64) -> Result<Camera> {
 }
 
 /// A ground that runs from 2 m to 30 m, posts on it, sky above.
-fn depth(size: Size) -> Plane {
+pub fn depth(size: Size) -> Plane {
     let (w, h) = (size.width.max(1) as f32, size.height.max(1) as f32);
     scenes::plane(size, |x, y| {
         let (u, v) = (x as f32 / w, y as f32 / h);
@@ -79,22 +79,35 @@ fn depth(size: Size) -> Plane {
     })
 }
 
+/// Noise on the ground; with `layered` a lattice on top as a foreground element, at half the lens's focus.
+pub fn scene(size: Size, layered: bool) -> Scene {
+    let colors: Vec<Plane> = (0..3).map(|seed| scenes::noise(size, 0.0, 1.0, seed)).collect();
+    let mut scene = scenes::by_depth(colors, depth(size));
+    if layered {
+        let spacing = (size.width / 8).max(2);
+        let alpha = scenes::lattice(size, (spacing / 5).max(1), spacing);
+        scene.foreground = Some(Element {
+            picture: Picture { colors: vec![alpha.clone(); 3], alpha: Some(alpha) },
+            distance: Distance::Depth {
+                plane: scenes::constant(size, 2.0),
+                decoding: DepthDecoding::default(),
+            },
+        });
+    }
+    scene
+}
+
+/// Signed diameters of [`depth`] through [`lens`].
+pub fn circle(size: Size, largest: f64) -> Result<Plane> {
+    let formula = lens(size, largest)?.circle_of_confusion(&pullfocus::Frame::full(size));
+    let depth = depth(size);
+    Ok(scenes::plane(size, |x, y| formula.diameter(f64::from(depth.at(x, y))) as f32))
+}
+
 impl Case {
     /// A scene of `size` whose largest circle is about `largest` pixels; with `layered` a foreground element on top.
     pub fn new(size: Size, largest: f64, layered: bool, settings: Settings) -> Result<Self> {
-        let colors: Vec<Plane> = (0..3).map(|seed| scenes::noise(size, 0.0, 1.0, seed)).collect();
-        let mut scene = scenes::by_depth(colors, depth(size));
-        if layered {
-            let spacing = (size.width / 8).max(2);
-            let alpha = scenes::lattice(size, (spacing / 5).max(1), spacing);
-            scene.foreground = Some(Element {
-                picture: Picture { colors: vec![alpha.clone(); 3], alpha: Some(alpha) },
-                distance: Distance::Depth {
-                    plane: scenes::constant(size, 2.0),
-                    decoding: DepthDecoding::default(),
-                },
-            });
-        }
+        let scene = scene(size, layered);
         let original = scene.base.picture.clone();
         Ok(Self { scene, original, camera: lens(size, largest)?, settings, renderer: Renderer::new() })
     }
@@ -121,9 +134,7 @@ pub struct DiffusionCase {
 impl DiffusionCase {
     /// Random colours, circles of up to 50 px.
     pub fn new(size: Size, settings: Diffusion) -> Result<Self> {
-        let formula = lens(size, 50.0)?.circle_of_confusion(&pullfocus::Frame::full(size));
-        let depth = depth(size);
-        let circle = scenes::plane(size, |x, y| formula.diameter(f64::from(depth.at(x, y))) as f32);
+        let circle = circle(size, 50.0)?;
         let planes = (0..3).map(|seed| scenes::noise(size, 0.0, 1.0, seed)).collect();
         Ok(Self { planes, circle, settings, buffers: DiffusionBuffers::new() })
     }

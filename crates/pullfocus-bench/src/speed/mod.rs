@@ -1,6 +1,6 @@
 //! Frames per second, time per unknown, memory.
 
-mod cases;
+pub mod cases;
 mod memory;
 
 use crate::place::{Output, last_level_cache, provenance};

@@ -1,0 +1,200 @@
+//! The same picture from both: the GPU's beside the CPU's.
+
+use crate::adapter::{AdapterOption, describe};
+use crate::difference::{Difference, FLOOR};
+use crate::frames::{FrameOptions, TestFrame, made};
+use crate::place::{Output, provenance};
+use crate::table::Table;
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use pullfocus::{Cancel, Layering, Picture, Plane, Renderer, Settings, Size};
+use pullfocus_gpu::Host;
+use pullfocus_testkit::Grid;
+use pullfocus_testkit::reference::diffuse;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Options of `same`.
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    #[command(flatten)]
+    output: Output,
+    #[command(flatten)]
+    adapter: AdapterOption,
+    #[command(flatten)]
+    frames: FrameOptions,
+}
+
+/// Both compute in f32 and sum in other orders: a value passes some ten blurs, each within 1e-5 of the f64 reference.
+const BOUND: f64 = 1e-4;
+
+/// Settings by name.
+fn settings() -> [(&'static str, Settings); 3] {
+    [
+        ("`final`", crate::speed::cases::last()),
+        ("`preview`", crate::speed::cases::preview()),
+        ("one layer", Settings { layering: Layering::Single, ..Settings::default() }),
+    ]
+}
+
+/// One frame with one setting.
+struct Row {
+    name: String,
+    input: &'static str,
+    settings: &'static str,
+    /// The frame's largest colour: sums round to parts of it.
+    brightest: f32,
+    difference: Difference,
+    /// CPU and GPU from the f64 reference, where there is one.
+    from_reference: Option<[Difference; 2]>,
+}
+
+/// Runs the command.
+pub fn run(options: &Options) -> Result<()> {
+    let quick = options.output.quick;
+    let mut host = options.adapter.open()?;
+    let size = if quick { Size::new(96, 54) } else { Size::new(480, 270) };
+    let mut frames = made(size)?;
+    let data = options.frames.read(quick.then_some(1))?;
+    let without =
+        if data.is_empty() { " The scenes with references are not here: made frames only." } else { "" };
+    frames.extend(data);
+    let start = Instant::now();
+    let mut rows = vec![];
+    let mut cpu = Renderer::new();
+    for frame in &frames {
+        eprintln!("{}, {} ({:.0} s)", frame.name, frame.input, start.elapsed().as_secs_f64());
+        for (name, settings) in settings() {
+            let row = compare(frame, (name, &settings), &mut cpu, &mut host);
+            rows.push(row.with_context(|| format!("{}, {}, {name}", frame.name, frame.input))?);
+        }
+    }
+    let text = report(&rows, &format!("{}\n\n{}{without}", provenance(), describe(host.info())));
+    options.output.write("results/same.md", &text)?;
+    let above: usize = rows.iter().map(|row| row.difference.above).sum();
+    ensure!(above == 0, "{above} values of the GPU's pictures are more than {BOUND:e} from the CPU's");
+    Ok(())
+}
+
+fn compare(
+    frame: &TestFrame,
+    (name, settings): (&'static str, &Settings),
+    cpu: &mut Renderer,
+    host: &mut Host,
+) -> Result<Row> {
+    let camera = frame.camera.as_ref();
+    let mut by_cpu = frame.scene.clone();
+    cpu.render(&mut by_cpu, camera, settings, &Cancel::new())?;
+    let mut by_gpu = frame.scene.clone();
+    host.render(&mut by_gpu, camera, settings, &Cancel::new())?;
+    let (by_cpu, by_gpu) = (by_cpu.base.picture, by_gpu.base.picture);
+    let from_reference = match &frame.circle {
+        Some(circle) if frame.has_reference(settings) => {
+            let references = references(&frame.scene.base.picture, circle, settings);
+            let from = |picture: &Picture| Difference::from_reference(picture.planes(), &references, BOUND);
+            Some([from(&by_cpu), from(&by_gpu)])
+        }
+        _ => None,
+    };
+    Ok(Row {
+        name: frame.name.clone(),
+        input: frame.input,
+        settings: name,
+        brightest: frame.scene.base.picture.planes().flat_map(Plane::data).fold(0.0, |most, v| v.max(most)),
+        difference: Difference::between(&by_gpu, &by_cpu, BOUND),
+        from_reference,
+    })
+}
+
+/// One layer in f64; small negative lobes do not bring a plane below 0 or its own least value.
+fn references(picture: &Picture, circle: &Plane, settings: &Settings) -> Vec<Grid> {
+    let circle = Grid::from_plane(circle);
+    let planes: Vec<&Plane> = picture.planes().collect();
+    let reference = |plane: &&Plane| {
+        let least = plane.data().iter().fold(0.0f32, |least, v| least.min(*v));
+        let grid = Grid::from_plane(plane);
+        diffuse(&grid, &circle, None, 1.0, &settings.diffusion).map(|v| v.max(least.into()))
+    };
+    planes.par_iter().map(reference).collect()
+}
+
+fn report(rows: &[Row], head: &str) -> String {
+    let mut table = Table::new([
+        "frame",
+        "input",
+        "settings",
+        "brightest value",
+        "largest difference",
+        "mean",
+        "values above 1e-4",
+        "CPU from f64",
+        "GPU from f64",
+    ]);
+    for row in rows {
+        let reference =
+            |at: usize| row.from_reference.map_or(String::new(), |from| format!("{:.1e}", from[at].largest));
+        table.row([
+            row.name.clone(),
+            row.input.to_owned(),
+            row.settings.to_owned(),
+            format!("{:.1}", row.brightest),
+            format!("{:.1e}", row.difference.largest),
+            format!("{:.1e}", row.difference.mean()),
+            row.difference.above.to_string(),
+            reference(0),
+            reference(1),
+        ]);
+    }
+    let all = rows.iter().fold(Difference::default(), |all, row| all.and(row.difference));
+    let said = if all.above == 0 {
+        format!("The same: none of {} values is farther than {BOUND:e}.", all.count)
+    } else {
+        format!("**Not the same: {} of {} values are farther than {BOUND:e}.**", all.above, all.count)
+    };
+    format!(
+        "# The same picture from both\n\n{head}\n\n{said} The farthest is {:.1e}.\n\n\
+         A value's difference is |GPU - CPU| / max(|CPU|, {FLOOR}). Both compute in f32, whose sums round to\n\
+         parts of the brightest value around. One layer has a reference in f64: the largest\n\
+         difference of each from that is beside it.\n\n{}",
+        all.largest,
+        table.to_markdown()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(a: f64) -> Row {
+        let difference = Difference::of([(a, 1.0), (1.0, 1.0)], BOUND);
+        Row {
+            name: "x".into(),
+            input: "y",
+            settings: "z",
+            brightest: 3.0,
+            difference,
+            from_reference: Some([difference; 2]),
+        }
+    }
+
+    #[test]
+    fn the_report_says_whether_they_are_the_same() {
+        let same = report(&[row(1.0 + 2e-5)], "head");
+        assert!(same.contains("The same: none of 2 values") && same.contains("| 2.0e-5 |"), "{same}");
+        let other = report(&[row(1.0), row(1.1)], "head");
+        assert!(other.contains("**Not the same: 1 of 4 values"), "{other}");
+    }
+
+    #[test]
+    fn the_cpu_is_near_the_reference() {
+        let frame = made(Size::new(48, 27)).unwrap().swap_remove(0);
+        let (_, settings) = settings().into_iter().next_back().unwrap();
+        assert!(frame.has_reference(&settings));
+        let references = references(&frame.scene.base.picture, frame.circle.as_ref().unwrap(), &settings);
+        let mut scene = frame.scene.clone();
+        Renderer::new().render(&mut scene, None, &settings, &Cancel::new()).unwrap();
+        let from = Difference::from_reference(scene.base.picture.planes(), &references, BOUND);
+        // Ten times below what two devices may differ by.
+        assert!(from.largest < 0.1 * BOUND && from.count == 3 * 48 * 27, "{from:?}");
+    }
+}
