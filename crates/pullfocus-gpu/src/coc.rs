@@ -112,7 +112,15 @@ pub fn circle_of_confusion(
     recorder.encoder().copy_buffer_to_buffer(&empty, 0, range, 0, 8);
     let spec = Spec::new(&[part!("numbers"), source.part(), part!("coc")], &[]);
     let bindings = [source.binding(), coc.as_entire_binding(), range.as_entire_binding()];
-    recorder.run_bound(&spec, &params, &bindings, workgroups(size))
+    recorder.run_bound(&spec, &params, &bindings, workgroups(Size::new(size.width, size.height.div_ceil(8))))
+}
+
+/// Refuses what [`circle_of_confusion`] would.
+///
+/// # Errors
+/// As there.
+pub fn check(frame: &Frame, camera: Option<&Camera>, settings: &Settings, meaning: &Meaning) -> Result<()> {
+    params(frame, camera, settings, meaning).map(|_| ())
 }
 
 fn params(
@@ -140,7 +148,7 @@ fn params(
         DepthKind::Inverse => (2, 0.0, 0.0),
         DepthKind::Disparity { scale, shift } => (3, scale, shift),
         DepthKind::Normalized { near_m, far_m, inverted: false } => (4, far_m - near_m, near_m),
-        DepthKind::Normalized { near_m, far_m, inverted: true } => (4, near_m - far_m, far_m),
+        DepthKind::Normalized { near_m, far_m, inverted: true } => (6, far_m - near_m, near_m),
     };
     let first = frame.ray_tangents(half_width, 0, 0);
     let next = frame.ray_tangents(half_width, 1, 1);

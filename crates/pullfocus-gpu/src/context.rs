@@ -2,7 +2,7 @@
 
 use crate::shader::{self, Interface, Slot, Spec, Uniform};
 use crate::textures::RenderKernel;
-use pullfocus_core::{Error, Result};
+use pullfocus_core::{Error, Result, Size};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,7 +25,43 @@ struct Inner {
     unrolls: bool,
     kernels: Mutex<HashMap<Spec, Arc<Kernel>>>,
     render_kernels: Mutex<HashMap<(Spec, wgpu::TextureFormat), Arc<RenderKernel>>>,
-    lost: Arc<Mutex<Option<String>>>,
+    faults: Faults,
+}
+
+/// What went wrong on a device, outside of any call.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Faults(Arc<Mutex<Option<Fault>>>);
+
+#[derive(Debug, Clone)]
+enum Fault {
+    Lost(String),
+    Memory,
+}
+
+impl Faults {
+    pub fn lost(&self, reason: String) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(Fault::Lost(reason));
+    }
+
+    /// The driver had no memory for something, once: that frame fails and others may not.
+    pub fn no_memory(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(Fault::Memory);
+    }
+
+    fn check(&self, device: &str) -> Result<()> {
+        let mut fault = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*fault {
+            None => Ok(()),
+            Some(Fault::Lost(reason)) => {
+                Err(Error::DeviceLost { device: device.to_owned(), reason: reason.clone() })
+            }
+            Some(Fault::Memory) => {
+                *fault = None;
+                let (what, size) = ("a transfer to a GPU", Size::default());
+                Err(Error::OutOfMemory { what, size, bytes: 0 })
+            }
+        }
+    }
 }
 
 /// A pipeline and its interface.
@@ -44,7 +80,7 @@ static NEXT_KERNEL: AtomicU64 = AtomicU64::new(0);
 impl Context {
     /// Takes the caller's device and queue.
     ///
-    /// The device must allow compute shaders with 6 storage buffers or more; workgroups of 256 invocations and 16 KiB
+    /// The device must allow compute shaders with 8 storage buffers; workgroups of 256 invocations and 16 KiB
     /// (WebGPU's defaults) are enough for lines of 8192 pixels, larger ones are used where there are. Large pictures need
     /// large bindings: request the adapter's `max_storage_buffer_binding_size` and `max_buffer_size`.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
@@ -56,7 +92,6 @@ impl Context {
     /// The same, with loops over what a thread has in registers written out or not; for tests.
     #[doc(hidden)]
     pub fn with_loops(device: &wgpu::Device, queue: &wgpu::Queue, unrolls: bool) -> Self {
-        let lost = Arc::new(Mutex::new(None));
         Self {
             inner: Arc::new(Inner {
                 device: device.clone(),
@@ -66,7 +101,7 @@ impl Context {
                 unrolls,
                 kernels: Mutex::default(),
                 render_kernels: Mutex::default(),
-                lost,
+                faults: Faults::default(),
             }),
         }
     }
@@ -94,16 +129,19 @@ impl Context {
     /// Notes that the device is lost; every later call says so. A host that owns its device calls this from its
     /// device-lost callback.
     pub fn note_lost(&self, reason: String) {
-        *self.inner.lost.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
+        self.inner.faults.lost(reason);
+    }
+
+    /// Where a host's callbacks leave what they hear; it does not keep the device alive.
+    pub(crate) fn faults(&self) -> Faults {
+        self.inner.faults.clone()
     }
 
     /// # Errors
-    /// [`Error::DeviceLost`] once the device is known to be lost.
+    /// [`Error::DeviceLost`] once the device is known to be lost; [`Error::OutOfMemory`] once, after it had no memory for
+    /// a transfer.
     pub fn check(&self) -> Result<()> {
-        match &*self.inner.lost.lock().unwrap_or_else(PoisonError::into_inner) {
-            Some(reason) => Err(Error::DeviceLost { device: self.name().to_owned(), reason: reason.clone() }),
-            None => Ok(()),
-        }
+        self.inner.faults.check(self.name())
     }
 
     /// How many pipelines there are.

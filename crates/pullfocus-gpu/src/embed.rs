@@ -10,6 +10,7 @@ use crate::recorder::{Recorder, Sink};
 use crate::textures;
 use crate::timer::Timer;
 use crate::work::Work;
+use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::{Camera, DepthDecoding, Error, Frame, Result, Settings, Size};
 
 /// The buffers of one picture size. They are made by the first frame of that size and kept; later frames allocate
@@ -27,7 +28,7 @@ pub struct Buffers {
 
 impl Buffers {
     /// How many recordings may be in command buffers that are not submitted yet.
-    pub const MOST_PENDING: u64 = memory::SLOTS;
+    pub const MOST_PENDING: u64 = memory::MOST_PENDING;
 
     /// Buffers for pictures of `size`; most of them are made by the first recording.
     ///
@@ -76,7 +77,8 @@ impl Buffers {
 /// A depth texture of the caller's, of the picture's size.
 #[derive(Debug, Clone, Copy)]
 pub struct Depth<'a> {
-    /// A view of a depth format (the depth aspect alone), or of a colour format whose red channel is meant.
+    /// A view of the first mip level of a depth format (the depth aspect alone), or of a colour format whose red channel is
+    /// meant.
     pub view: &'a wgpu::TextureView,
     /// What its numbers mean; a hardware depth buffer is [`DepthDecoding::hardware`]. `None`: they are signed
     /// diameters of the circle of confusion in pixels.
@@ -86,7 +88,7 @@ pub struct Depth<'a> {
 /// A picture of the caller's: colour, linear and premultiplied, and its depth.
 #[derive(Debug, Clone, Copy)]
 pub struct Picture<'a> {
-    /// Any format that reads as floating point: 8 or 16 bits, sRGB (decoded by the hardware), f16, f32.
+    /// The first mip level of a texture of any format that reads as floating point: 8 or 16 bits, sRGB (decoded by the hardware), f16, f32.
     pub color: &'a wgpu::TextureView,
     /// Whether its alpha means something and is blurred along.
     pub alpha: bool,
@@ -101,7 +103,8 @@ pub struct Inputs<'a> {
     pub base: Picture<'a>,
     /// Near objects on their own; their alpha says where they cover the picture.
     pub foreground: Option<Picture<'a>>,
-    /// Where the result goes: any colour format that can be rendered to, of the picture's size; written whole.
+    /// Where the result goes: the first mip level of a texture of any colour format that can be rendered to, of the
+    /// picture's size; written whole.
     pub output: &'a wgpu::TextureView,
 }
 
@@ -159,6 +162,19 @@ impl Context {
         if size.area() == 0 {
             return Ok(());
         }
+        // All that can be refused is refused before anything is recorded.
+        for picture in std::iter::once(&inputs.base).chain(&inputs.foreground) {
+            textures::check_color(picture.color, wgpu::TextureUsages::TEXTURE_BINDING)?;
+            source(picture.depth.view)?;
+            coc::check(&frame, camera, settings, &meaning(picture))?;
+        }
+        textures::check_color(inputs.output, wgpu::TextureUsages::RENDER_ATTACHMENT)?;
+        if matches!(settings.diffusion.solver, Solver::Jacobi(JacobiStop::Tolerance(_))) {
+            return Err(Error::Unsupported {
+                what: "Jacobi with a tolerance in an encoder of the caller's",
+                reason: "it looks at results between sweeps; give a number of sweeps",
+            });
+        }
         let Buffers { memory, storage, tuning, .. } = buffers;
         let mut recorder = Recorder::new(self, memory, Sink::Encoder(encoder), timer)?;
         recorder.stage("circle of confusion");
@@ -191,12 +207,34 @@ impl Context {
         frame: &FrameSettings<'_>,
     ) -> Result<()> {
         let mut encoder = self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.record(&mut encoder, buffers, inputs, frame, None)
+        let result = self.record(&mut encoder, buffers, inputs, frame, None);
+        // Its commands never run, so its uniforms need no place.
+        buffers.memory.previous_slot();
+        result
     }
 }
 
 fn mismatch(what: &'static str, found: Size, expected: Size) -> Error {
     Error::SizeMismatch { what, found, expected }
+}
+
+fn meaning(picture: &Picture<'_>) -> Meaning {
+    picture.depth.decoding.map_or(Meaning::Coc, Meaning::Depth)
+}
+
+/// How a depth texture is read.
+fn source(view: &wgpu::TextureView) -> Result<Source<'_>> {
+    let format = view.texture().format();
+    if format.has_depth_aspect() {
+        Ok(Source::DepthTexture(view))
+    } else if textures::reads_as_floats(format) {
+        Ok(Source::Texture(view))
+    } else {
+        Err(Error::Unsupported {
+            what: "a depth texture of this format",
+            reason: "it must be a depth format, or be read as floating point",
+        })
+    }
 }
 
 /// Loads a picture and finds its circles of confusion.
@@ -214,19 +252,7 @@ fn element(
         groups.push(Group::take(recorder, size, count, storage)?);
     }
     let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 12)?);
-    let meaning = picture.depth.decoding.map_or(Meaning::Coc, Meaning::Depth);
-    let view = picture.depth.view;
-    let format = view.texture().format();
-    let source = if format.is_depth_stencil_format() {
-        Source::DepthTexture(view)
-    } else if matches!(format.sample_type(None, None), Some(wgpu::TextureSampleType::Float { .. })) {
-        Source::Texture(view)
-    } else {
-        return Err(Error::Unsupported {
-            what: "a depth texture of this format",
-            reason: "it must be a depth format, or be read as floating point",
-        });
-    };
+    let (meaning, source) = (meaning(picture), source(picture.depth.view)?);
     match (meaning, camera.2.repair_depth) {
         (Meaning::Depth(decoding), true) => {
             let plane = coc::read_depth(recorder, size, source)?;
@@ -236,5 +262,5 @@ fn element(
         }
         _ => coc::circle_of_confusion(recorder, camera, &meaning, source, &coc, &range)?,
     }
-    Ok((Element { groups, planes, coc }, range))
+    Ok((Element { groups, colors: 3, planes, coc }, range))
 }

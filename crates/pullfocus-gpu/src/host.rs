@@ -8,7 +8,7 @@ use crate::pipeline::{self, Element, layout};
 use crate::planes::{Storage, groups};
 use crate::recorder::{Recorder, Sink, wait};
 use crate::timer::Timer;
-use crate::transfer::{download, upload, upload_plane};
+use crate::transfer::{download, place, upload, upload_plane};
 use crate::work::Work;
 use pullfocus_core::{
     Camera, Cancel, Diffusion, Distance, Error, Frame, Layering, Plane, Report, Result, Scene, Settings, Size,
@@ -178,14 +178,17 @@ impl Host {
             Error::NoDevice { wanted: format!("{} cannot be opened", info.name), found: error.to_string() }
         })?;
         let context = Context::new(&device, &queue);
-        let lost = context.clone();
-        device.set_device_lost_callback(move |_, reason| lost.note_lost(reason));
-        // What is not caught by a scope is a fault of this crate or the end of the device; either ends the frame, not
-        // the program.
-        let fault = context.clone();
+        let lost = context.faults();
+        device.set_device_lost_callback(move |_, reason| lost.lost(reason));
+        // What is not caught by a scope is a fault of this crate, the end of the device or of its memory; each ends the
+        // frame, not the program.
+        let faults = context.faults();
         device.on_uncaptured_error(std::sync::Arc::new(move |error: wgpu::Error| {
             tracing::error!(%error, "device");
-            fault.note_lost(error.to_string());
+            match error {
+                wgpu::Error::OutOfMemory { .. } => faults.no_memory(),
+                error => faults.lost(error.to_string()),
+            }
         }));
         Self::with_context(context)
     }
@@ -284,9 +287,10 @@ impl Host {
         let all: Vec<_> = groups.iter().collect();
         let how = How { tuning: self.tuning, ..How::default() };
         diffusion::diffuse(&mut recorder, size, &all, &medium, settings, &how)?;
-        download(&mut recorder, size, &groups, planes)?;
+        let values = download(&mut recorder, size, &groups, planes.len())?;
         recorder.give(groups.into_iter().map(|group| group.buffer).chain([circle]).chain(gamma));
-        recorder.finish()
+        recorder.finish()?;
+        place(&values, planes)
     }
 
     /// Replaces `scene.base.picture` by the picture through the lens; the same as `pullfocus_cpu::Renderer::render`, up to
@@ -337,6 +341,7 @@ impl Host {
 
         let start = Instant::now();
         report.coc_range = base.coc_range(&mut recorder)?;
+        let in_focus = report.coc_range == [0.0, 0.0];
         report.blended_depth_edges = base.blended_edges(&mut recorder)?;
         if let Some(near) = &near {
             let [low, high] = near.coc_range(&mut recorder)?;
@@ -350,10 +355,10 @@ impl Host {
                 Layering::Single => 1,
                 Layering::Background { layers, .. } => 1 + layers as usize,
                 // All in focus: the picture itself.
-                Layering::General { .. } if report.coc_range == [0.0, 0.0] => 0,
+                Layering::General { .. } if in_focus => 0,
                 Layering::General { .. } => base.layers_found(&mut recorder)?,
             };
-        download(&mut recorder, size, &base.element.groups, scene.base.picture.planes_mut())?;
+        let values = download(&mut recorder, size, &base.element.groups, base.element.planes)?;
         base.give_back(&mut recorder);
         if let Some(near) = near {
             near.give_back(&mut recorder);
@@ -362,14 +367,16 @@ impl Host {
         report.add("download", start.elapsed());
         if let Some(timer) = &self.timer {
             // The device's own clock says where the time went.
-            let stages = timer.read(&self.context)?;
-            if !stages.is_empty() {
+            let times = timer.read(&self.context)?;
+            if times.whole && !times.stages.is_empty() {
                 report.stages.retain(|stage| stage.name != "blur");
-                for (name, time) in stages {
+                for (name, time) in times.stages {
                     report.add(name, time);
                 }
             }
         }
+        // Only now, when nothing can fail any more but memory.
+        place(&values, scene.base.picture.planes_mut())?;
         Ok(report)
     }
 }
@@ -418,7 +425,11 @@ impl Resident {
         // Later uploads are written before what is recorded here has run.
         recorder.flush()?;
         recorder.give([source]);
-        Ok(Self { element: Element { groups, planes: planes.len(), coc }, range, edges })
+        Ok(Self {
+            element: Element { groups, colors: element.picture.colors.len(), planes: planes.len(), coc },
+            range,
+            edges,
+        })
     }
 
     fn coc_range(&self, recorder: &mut Recorder<'_>) -> Result<[f32; 2]> {

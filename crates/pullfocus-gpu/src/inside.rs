@@ -6,7 +6,7 @@ use crate::layers;
 use crate::memory::Memory;
 use crate::planes::{Group, Storage, groups};
 use crate::recorder::{Recorder, Sink};
-use crate::transfer::{download, upload, upload_plane};
+use crate::transfer::{download, place, upload, upload_plane};
 use crate::work::Work;
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::split::{Cut, Split};
@@ -55,8 +55,9 @@ fn bring(work: &mut Work<'_, '_>, apart: &Apart<'_>) -> Result<(Vec<Group>, wgpu
 }
 
 fn fetch(work: &mut Work<'_, '_>, picture: &[Group], planes: usize) -> Result<Vec<Plane>> {
-    let mut all = vec![Plane::default(); planes];
-    download(work.recorder, work.size, picture, all.iter_mut())?;
+    let mut all = vec![Plane::filled(work.size, 0.0)?; planes];
+    let values = download(work.recorder, work.size, picture, planes)?;
+    place(&values, &mut all)?;
     Ok(all)
 }
 
@@ -91,7 +92,7 @@ pub fn apart_and_together(context: &Context, apart: &Apart<'_>, most_bytes: u64)
     let (size, count) = (apart.coc.size(), apart.planes.len());
     with_work(context, size, apart.storage, 50.0, |work| {
         let (picture, coc) = bring(work, apart)?;
-        let layers = layers::take_apart(work, &picture, count, &coc, apart.layers, most_bytes)?;
+        let layers = layers::take_apart(work, &picture, [count, count], &coc, apart.layers, most_bytes)?;
         let layers: Vec<_> = layers.into_iter().map(|layer| layer.groups).collect();
         let mut result = Vec::new();
         for group in &picture {
@@ -110,7 +111,7 @@ pub fn blurred(context: &Context, apart: &Apart<'_>, largest: f32) -> Result<Vec
     let (size, count) = (apart.coc.size(), apart.planes.len());
     with_work(context, size, apart.storage, largest, |work| {
         let (picture, coc) = bring(work, apart)?;
-        layers::blur_layers(work, &picture, count, &coc, apart.layers)?;
+        layers::blur_layers(work, &picture, [count, count], &coc, apart.layers)?;
         fetch(work, &picture, count)
     })
 }

@@ -66,4 +66,4 @@ pub use embed::{Buffers, Depth, FrameSettings, Inputs, Picture};
 pub use host::{AdapterInfo, AdapterKind, Choice, Host, adapters};
 pub use measure::Timing;
 pub use planes::Storage;
-pub use timer::Timer;
+pub use timer::{Timer, Times};

@@ -6,8 +6,8 @@ use crate::host::Host;
 use crate::planes::{Storage, groups};
 use crate::recorder::{Recorder, Sink, wait};
 use crate::shader::{Spec, part, uniform};
-use crate::timer::Timer;
-use crate::transfer::{download, upload, upload_plane};
+use crate::timer::{Timer, Times};
+use crate::transfer::{upload, upload_plane};
 use pullfocus_core::scheme::{Scheme, Shape};
 use pullfocus_core::{
     Camera, Cancel, DepthDecoding, Diffusion, Distance, Element, Error, Plane, Result, Scene, Settings, Size,
@@ -46,6 +46,7 @@ fn rounds(
     host: &mut Host,
     count: usize,
     bytes: u64,
+    one_submission: bool,
     mut round: impl FnMut(&mut Host, Option<&mut Timer>) -> Result<()>,
 ) -> Result<Timing> {
     let mut timer = Timer::new(host.context());
@@ -59,14 +60,17 @@ fn rounds(
         round(host, timer.as_mut())?;
         wait(host.context())?;
         let by_host = start.elapsed();
-        let stages = match &timer {
+        let times = match &timer {
             Some(timer) => timer.read(host.context())?,
-            None => Vec::new(),
+            None => Times::default(),
         };
         if i > 0 {
-            let by_device = stages.iter().map(|(_, time)| *time).sum();
-            timing.rounds.push(if timing.by_device { by_device } else { by_host });
-            timing.stages = stages;
+            timing.by_device &= times.whole;
+            // One submission has one span; between several the host was asked whether to go on.
+            let by_device =
+                if one_submission { times.span } else { times.stages.iter().map(|(_, time)| *time).sum() };
+            timing.rounds.push(if times.whole { by_device } else { by_host });
+            timing.stages = times.stages;
         }
     }
     Ok(timing)
@@ -102,7 +106,7 @@ impl Host {
         // Rows and columns each read and write all of it, and read the circles; a round response has four fields between.
         let fields = if scheme.shape == Shape::Round { 5 } else { 2 };
         let bytes = u64::from(scheme.steps) * 2 * (fields * pixel + circles);
-        let timing = rounds(self, count, bytes, |host, timer| {
+        let timing = rounds(self, count, bytes, false, |host, timer| {
             host.recorded(cancel, timer, |recorder| {
                 let medium = Medium {
                     conductivity: Conductivity::Circle(&resident.1),
@@ -116,8 +120,6 @@ impl Host {
             })
         })?;
         self.recorded(cancel, None, |recorder| {
-            let mut last = planes.to_vec();
-            download(recorder, size, &resident.0, &mut last)?;
             recorder.give(resident.0.into_iter().map(|group| group.buffer).chain([resident.1]));
             Ok(())
         })?;
@@ -144,7 +146,7 @@ impl Host {
         let spec = Spec::new(&[part!("copy")], &[]);
         let workgroups = (piece / 16).div_ceil(256 * 4).clamp(1, 65535) as u32;
         let params = CopyParams { count: (piece / 16) as u32, stride: workgroups * 256 };
-        let timing = rounds(self, count, 2 * piece * pieces, |host, timer| {
+        let timing = rounds(self, count, 2 * piece * pieces, false, |host, timer| {
             host.recorded(cancel, timer, |recorder| {
                 recorder.stage("copy");
                 for _ in 0..pieces {
@@ -185,7 +187,7 @@ impl Host {
         let context = self.context().clone();
         let mut buffers = Buffers::new(&context, size, storage)?;
         buffers.set_tuning(self.tuning());
-        let timing = rounds(self, count, 0, |_, timer| {
+        let timing = rounds(self, count, 0, true, |_, timer| {
             let mut encoder = context.device().create_command_encoder(&Default::default());
             context.record(&mut encoder, &mut buffers, &inputs, &frame, timer)?;
             context.queue().submit([encoder.finish()]);

@@ -3,21 +3,26 @@
 use crate::context::{Context, Kernel};
 use crate::shader::Slot;
 use pullfocus_core::{Error, Result, Size};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Bytes between two uniforms: every device's offsets may be multiples of this.
 pub const UNIFORM_STEP: u64 = 256;
 /// Bytes of uniforms for one recording.
 const SLOT: u64 = 1 << 20;
 /// Recordings that may wait for one submission.
-pub const SLOTS: u64 = 4;
+pub const MOST_PENDING: u64 = 4;
+/// Twice as many have room: failed ones take some, too.
+const SLOTS: u64 = 2 * MOST_PENDING;
 /// Least values that one recording can keep.
 pub const LEASTS: u32 = 4096;
 
 /// Buffers of one size and more, given and taken back; and what is made of them.
 #[derive(Debug)]
 pub struct Memory {
-    spare: HashMap<u64, Vec<wgpu::Buffer>>,
+    /// By size, then in the order in which they were made: the same frame gets the same buffers.
+    spare: HashMap<u64, BTreeMap<u64, wgpu::Buffer>>,
+    /// When each was made.
+    born: HashMap<wgpu::Buffer, u64>,
     bind_groups: HashMap<Bound, wgpu::BindGroup>,
     /// Uniforms of the last recordings.
     pub uniforms: wgpu::Buffer,
@@ -28,6 +33,8 @@ pub struct Memory {
     pub empty_range: wgpu::Buffer,
     /// Stands where a kernel does not look.
     pub nothing: wgpu::Buffer,
+    /// What results are brought back through.
+    readable: Option<wgpu::Buffer>,
     /// Bytes of all buffers that were made.
     bytes: u64,
     made: u64,
@@ -50,6 +57,8 @@ impl Memory {
         context.queue().write_buffer(&empty_range, 0, bytemuck::bytes_of(&[u32::MAX, 0]));
         Ok(Self {
             spare: HashMap::new(),
+            born: HashMap::new(),
+            readable: None,
             bind_groups: HashMap::new(),
             uniforms: small(SLOT * SLOTS, Use::UNIFORM | Use::COPY_DST)?,
             next_slot: 0,
@@ -78,13 +87,33 @@ impl Memory {
         (slot * SLOT, SLOT)
     }
 
+    /// Takes the last [`Memory::next_slot`] back: nothing was recorded, or it was thrown away.
+    pub fn previous_slot(&mut self) {
+        self.next_slot = (self.next_slot + SLOTS - 1) % SLOTS;
+    }
+
+    /// A buffer of at least `bytes` that the host can read; the last one if it is large enough.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn readable(&mut self, context: &Context, bytes: u64) -> Result<wgpu::Buffer> {
+        if let Some(buffer) = self.readable.as_ref().filter(|buffer| buffer.size() >= bytes) {
+            return Ok(buffer.clone());
+        }
+        use wgpu::BufferUsages as Use;
+        let usage = Use::MAP_READ | Use::COPY_DST;
+        let buffer = create(context, "results of a GPU", Size::new(1, 1), bytes, usage)?;
+        self.readable = Some(buffer.clone());
+        Ok(buffer)
+    }
+
     /// A storage buffer of `bytes` for a picture of `size`, with whatever was in it.
     ///
     /// # Errors
     /// [`Error::DeviceLimit`] or [`Error::OutOfMemory`].
     pub fn take(&mut self, context: &Context, size: Size, bytes: u64) -> Result<wgpu::Buffer> {
         let bytes = bytes.next_multiple_of(16).max(16);
-        if let Some(buffer) = self.spare.get_mut(&bytes).and_then(Vec::pop) {
+        if let Some((_, buffer)) = self.spare.get_mut(&bytes).and_then(BTreeMap::pop_first) {
             return Ok(buffer);
         }
         check_binding(context, bytes)?;
@@ -92,6 +121,7 @@ impl Memory {
         let buffer =
             create(context, "a picture's planes", size, bytes, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC)?;
         self.bytes += bytes;
+        self.born.insert(buffer.clone(), self.made);
         self.made += 1;
         Ok(buffer)
     }
@@ -99,16 +129,20 @@ impl Memory {
     /// Takes buffers back. What was recorded before with them still holds: a device works in order.
     pub fn give(&mut self, buffers: impl IntoIterator<Item = wgpu::Buffer>) {
         for buffer in buffers {
-            self.spare.entry(buffer.size()).or_default().push(buffer);
+            if let Some(&born) = self.born.get(&buffer) {
+                self.spare.entry(buffer.size()).or_default().insert(born, buffer);
+            }
         }
     }
 
-    /// Frees everything that belonged to another size.
+    /// Forgets every buffer: they belonged to another size, or to a recording that failed half way. The device frees them
+    /// once its commands are done with them.
     pub fn clear(&mut self) {
-        let spare: u64 = self.spare.values().flatten().map(wgpu::Buffer::size).sum();
-        self.bytes -= spare;
         self.spare.clear();
         self.bind_groups.clear();
+        self.born.clear();
+        self.readable = None;
+        self.bytes = SLOT * SLOTS;
     }
 
     /// The bind group of a kernel over buffers alone; kept.

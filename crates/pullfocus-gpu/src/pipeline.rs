@@ -10,7 +10,9 @@ use pullfocus_core::{Layering, Result, Settings};
 pub struct Element {
     /// Colour planes, then alpha, in the groups of [`layout`]; the slot after the last plane is spare.
     pub groups: Vec<Group>,
-    /// How many planes there are.
+    /// How many colour planes there are.
+    pub colors: usize,
+    /// How many planes there are, alpha included.
     pub planes: usize,
     /// Signed diameters, f32.
     pub coc: wgpu::Buffer,
@@ -49,7 +51,7 @@ pub fn render(
             layers::blur_over_background(work, &picture, &base.coc, layers, threshold)?;
         }
         Layering::General { layers } => {
-            layers::blur_layers(work, &base.groups, base.planes, &base.coc, layers)?;
+            layers::blur_layers(work, &base.groups, [base.colors, base.planes], &base.coc, layers)?;
         }
     }
     if let Some(element) = foreground {

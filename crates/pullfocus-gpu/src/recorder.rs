@@ -33,6 +33,19 @@ pub struct Recorder<'a> {
     leasts: u32,
     pub timer: Option<&'a mut crate::timer::Timer>,
     work_limit: u64,
+    finished: bool,
+}
+
+impl Drop for Recorder<'_> {
+    /// A recording that ends early: a caller may submit its encoder all the same, so its uniforms must be there; its
+    /// buffers are nobody's any more.
+    fn drop(&mut self) {
+        self.pass = None;
+        self.write_uniforms();
+        if !self.finished {
+            self.memory.clear();
+        }
+    }
 }
 
 impl<'a> Recorder<'a> {
@@ -63,6 +76,7 @@ impl<'a> Recorder<'a> {
             leasts: 0,
             timer,
             work_limit,
+            finished: false,
         })
     }
 
@@ -151,7 +165,13 @@ impl<'a> Recorder<'a> {
     ) -> Result<()> {
         let most = self.context.limits().max_compute_workgroups_per_dimension;
         if let Some(&needed) = workgroups.iter().find(|&&n| n > most) {
-            return Err(self.too_many("workgroups", needed.into(), most.into()));
+            return Err(Error::DeviceLimit {
+                device: self.context.name().to_owned(),
+                what: "workgroups in one dimension",
+                needed: needed.into(),
+                allowed: most.into(),
+                instead: "render a smaller picture or on the processor",
+            });
         }
         let offset = self.uniform(bytemuck::bytes_of(uniform))?;
         let pass = self.pass();
@@ -242,10 +262,7 @@ impl<'a> Recorder<'a> {
                 reason: "the commands are in the caller's encoder and have not run yet",
             });
         }
-        use wgpu::BufferUsages as Use;
-        let size = Size::new(1, 1);
-        let usage = Use::MAP_READ | Use::COPY_DST;
-        let readable = memory::create(self.context, "results of a GPU", size, bytes, usage)?;
+        let readable = self.memory.readable(self.context, bytes)?;
         self.encoder().copy_buffer_to_buffer(buffer, 0, &readable, 0, bytes);
         self.flush()?;
         crate::host::read_buffer(self.context, &readable, bytes)
@@ -285,7 +302,9 @@ impl<'a> Recorder<'a> {
             timer.resolve(open(self.context, &mut self.sink));
         }
         self.write_uniforms();
-        self.flush()
+        self.flush()?;
+        self.finished = true;
+        Ok(())
     }
 }
 

@@ -29,7 +29,7 @@ pub struct RenderKernel {
 /// Brings a colour texture into a group; without alpha that plane is 0.
 ///
 /// # Errors
-/// [`Error::DeviceLimit`], [`Error::OutOfMemory`], [`Error::Unsupported`] for textures of whole numbers.
+/// [`Error::DeviceLimit`], [`Error::OutOfMemory`].
 pub fn load(
     recorder: &mut Recorder<'_>,
     size: Size,
@@ -37,7 +37,6 @@ pub fn load(
     alpha: bool,
     storage: Storage,
 ) -> Result<Group> {
-    check_color(texture)?;
     let group = Group::take(recorder, size, 4, storage)?;
     let [lane, px] = group.parts();
     let spec = Spec::new(&[lane, px, part!("numbers"), part!("mend"), part!("load")], &[]);
@@ -47,21 +46,36 @@ pub fn load(
     Ok(group)
 }
 
-fn check_color(texture: &wgpu::TextureView) -> Result<()> {
-    let format = texture.texture().format();
-    match format.sample_type(None, None) {
-        Some(wgpu::TextureSampleType::Float { .. }) => Ok(()),
-        _ => Err(Error::Unsupported {
+/// Whether a format gives numbers, in some form.
+pub fn reads_as_floats(format: wgpu::TextureFormat) -> bool {
+    !format.is_depth_stencil_format()
+        && matches!(format.sample_type(None, None), Some(wgpu::TextureSampleType::Float { .. }))
+}
+
+/// Refuses textures of whole numbers, and such as may not be used so.
+///
+/// # Errors
+/// [`Error::Unsupported`].
+pub fn check_color(texture: &wgpu::TextureView, usage: wgpu::TextureUsages) -> Result<()> {
+    if !reads_as_floats(texture.texture().format()) {
+        return Err(Error::Unsupported {
             what: "a colour texture of this format",
             reason: "it must be read as numbers between 0 and 1 or as floating point",
-        }),
+        });
     }
+    if !texture.texture().usage().contains(usage) {
+        return Err(Error::Unsupported {
+            what: "a colour texture without the usage that is needed",
+            reason: "inputs need TEXTURE_BINDING, the output RENDER_ATTACHMENT",
+        });
+    }
+    Ok(())
 }
 
 /// Renders a group into the caller's texture: a pass of one triangle over `size` pixels.
 ///
 /// # Errors
-/// [`Error::DeviceLimit`]; [`Error::Unsupported`] for a format that cannot be rendered to as numbers.
+/// [`Error::DeviceLimit`].
 pub fn store(
     recorder: &mut Recorder<'_>,
     size: Size,
@@ -69,7 +83,6 @@ pub fn store(
     alpha: bool,
     texture: &wgpu::TextureView,
 ) -> Result<()> {
-    check_color(texture)?;
     let format = texture.texture().format();
     let kernel = kernel(recorder.context, group, format);
     let params = StoreParams { width: size.width as u32, height: size.height as u32, alpha: alpha.into() };

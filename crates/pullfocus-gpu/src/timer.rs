@@ -15,8 +15,21 @@ pub struct Timer {
     /// Stage of each piece of work.
     pieces: Vec<&'static str>,
     stage: &'static str,
+    /// Whether there were more pieces than there is room for.
+    overflowed: bool,
     /// Nanoseconds in a tick.
     period: f32,
+}
+
+/// What a timer read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Times {
+    /// The time in the passes of each stage, in order.
+    pub stages: Vec<(&'static str, Duration)>,
+    /// From the beginning of the first pass to the end of the last: copies between passes and gaps included.
+    pub span: Duration,
+    /// Whether all of it was timed; there is room for some hundred pieces.
+    pub whole: bool,
 }
 
 impl Timer {
@@ -45,6 +58,7 @@ impl Timer {
             resolved: buffer(Use::QUERY_RESOLVE | Use::COPY_SRC),
             readable: buffer(Use::MAP_READ | Use::COPY_DST),
             pieces: Vec::new(),
+            overflowed: false,
             stage: "",
             period: context.queue().get_timestamp_period(),
         })
@@ -53,6 +67,7 @@ impl Timer {
     /// Begins a recording anew.
     pub fn reset(&mut self) {
         self.pieces.clear();
+        self.overflowed = false;
     }
 
     pub(crate) fn stage(&mut self, name: &'static str) {
@@ -62,6 +77,7 @@ impl Timer {
     pub(crate) fn writes(&mut self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let at = self.pieces.len() as u32;
         if at >= MOST {
+            self.overflowed = true;
             return None;
         }
         self.pieces.push(self.stage);
@@ -80,27 +96,29 @@ impl Timer {
         }
     }
 
-    /// The time of each stage, in order, once the recording is submitted; waits for it.
+    /// What was timed, once the recording is submitted; waits for it.
     ///
     /// # Errors
     /// [`pullfocus_core::Error::DeviceLost`].
-    pub fn read(&self, context: &Context) -> pullfocus_core::Result<Vec<(&'static str, Duration)>> {
+    pub fn read(&self, context: &Context) -> pullfocus_core::Result<Times> {
         let count = 2 * self.pieces.len();
         if count == 0 {
-            return Ok(Vec::new());
+            return Ok(Times { whole: !self.overflowed, ..Times::default() });
         }
         let bytes = crate::host::read_buffer(context, &self.readable, count as u64 * 8)?;
-        let ticks: Vec<u64> =
-            bytes.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default())).collect();
+        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
+        let time = |from: u64, to: u64| {
+            Duration::from_nanos((to.saturating_sub(from) as f64 * f64::from(self.period)) as u64)
+        };
         let mut stages: Vec<(&'static str, Duration)> = Vec::new();
         for (name, pair) in self.pieces.iter().zip(ticks.chunks_exact(2)) {
-            let nanoseconds = pair[1].saturating_sub(pair[0]) as f64 * f64::from(self.period);
-            let time = Duration::from_nanos(nanoseconds as u64);
+            let time = time(pair[0], pair[1]);
             match stages.iter_mut().find(|(stage, _)| stage == name) {
                 Some((_, sum)) => *sum += time,
                 None => stages.push((name, time)),
             }
         }
-        Ok(stages)
+        let span = time(ticks[0], ticks[count - 1]);
+        Ok(Times { stages, span, whole: !self.overflowed })
     }
 }

@@ -66,40 +66,54 @@ pub fn upload(
     Ok(made)
 }
 
-/// Brings planes back from groups; as many as there are in `planes`.
+/// Brings the first `planes` planes back from groups, one after the other.
 ///
 /// # Errors
 /// [`pullfocus_core::Error::DeviceLimit`], [`pullfocus_core::Error::OutOfMemory`],
 /// [`pullfocus_core::Error::DeviceLost`], [`pullfocus_core::Error::Cancelled`].
-pub fn download<'p>(
+pub fn download(
     recorder: &mut Recorder<'_>,
     size: Size,
     groups: &[Group],
-    planes: impl IntoIterator<Item = &'p mut Plane>,
-) -> Result<()> {
-    let mut planes = planes.into_iter().peekable();
+    planes: usize,
+) -> Result<Vec<Vec<u8>>> {
+    let mut all = Vec::new();
+    let mut left = planes;
     for group in groups {
-        let count = group.planes as usize;
-        let own: Vec<&mut Plane> = planes.by_ref().take(count).collect();
-        if own.is_empty() {
+        let own = left.min(group.planes as usize);
+        if own == 0 {
             break;
         }
-        let planar = recorder.take(size, size.area() as u64 * 4 * count as u64)?;
+        left -= own;
+        let planar = recorder.take(size, size.area() as u64 * 4 * u64::from(group.planes))?;
         let params = DeinterleaveParams {
             width: size.width as u32,
             height: size.height as u32,
-            planes: own.len() as u32,
+            planes: own as u32,
             unused: 0,
         };
         let [lane, px] = group.parts();
         let parts = [lane, px, part!("deinterleave")];
         recorder.run(&Spec::new(&parts, &[]), &params, &[&group.buffer, &planar], workgroups(size))?;
-        let bytes = recorder.read(&planar, size.area() as u64 * 4 * own.len() as u64)?;
+        all.push(recorder.read(&planar, size.area() as u64 * 4 * own as u64)?);
         recorder.give([planar]);
-        let values: &[f32] = bytemuck::cast_slice(&bytes);
-        for (plane, values) in own.into_iter().zip(values.chunks_exact(size.area())) {
-            plane.resize(size)?;
-            plane.data_mut().copy_from_slice(values);
+    }
+    Ok(all)
+}
+
+/// Puts what [`download`] brought into planes.
+///
+/// # Errors
+/// [`pullfocus_core::Error::OutOfMemory`].
+pub fn place<'p>(values: &[Vec<u8>], planes: impl IntoIterator<Item = &'p mut Plane>) -> Result<()> {
+    let mut planes = planes.into_iter();
+    for bytes in values {
+        let mut rest: &[u8] = bytes;
+        while !rest.is_empty() {
+            let Some(plane) = planes.next() else { return Ok(()) };
+            let (own, after) = rest.split_at(plane.size().area() * 4);
+            rest = after;
+            bytemuck::cast_slice_mut::<f32, u8>(plane.data_mut()).copy_from_slice(own);
         }
     }
     Ok(())

@@ -214,6 +214,10 @@ pub fn diffuse(
         for step in 0..scheme.steps {
             for (axis, beta) in [(Axis::rows(size), beta), (Axis::columns(size), beta * vertical * vertical)]
             {
+                if groups.len() > 1 {
+                    // A new pass begins with all of its barriers; within it nothing waits for anything.
+                    recorder.end_pass();
+                }
                 for (group, &least_at) in groups.iter().zip(&least_at) {
                     let pass = Pass {
                         size,

@@ -1,9 +1,11 @@
 //! Elimination in chunks (after Zhang, Cohen, Owens 2010 and Laszlo, Giles, Appleyard 2016): see `partition.wgsl`.
 
+use super::passes::in_two_dimensions;
 use super::{Pass, TermUniform, lanes_part, limits_part, terms};
 use crate::recorder::Recorder;
 use crate::shader::{Constant, Spec, part, uniform};
-use pullfocus_core::{Error, Result};
+use pullfocus_core::Result;
+use pullfocus_core::diffusion::Solver;
 
 uniform! {
     /// See `partition.wgsl`.
@@ -35,11 +37,13 @@ pub struct Tuning {
     pub threads: u32,
     /// Least number of columns beside each other in a workgroup.
     pub columns: u32,
+    /// More threads than these share a workgroup only where lines are too long otherwise.
+    pub most_threads: u32,
 }
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { chunk_real: 16, chunk_complex: 8, threads: 256, columns: 4 }
+        Self { chunk_real: 16, chunk_complex: 8, threads: 256, columns: 4, most_threads: 640 }
     }
 }
 
@@ -55,6 +59,8 @@ struct Cut {
     chunks: u32,
     /// Lines of a workgroup.
     per_group: u32,
+    /// Lines that are parts of the same pixels and stand side by side in workgroup memory.
+    side: u32,
     /// Threads of a workgroup.
     threads: u32,
     /// Unknowns of each thread that go through workgroup memory at a time; 0 for columns.
@@ -84,22 +90,29 @@ impl Need {
 
     fn cut(&self, tuning: &Tuning, limits: &wgpu::Limits) -> Option<Cut> {
         let most = limits.max_compute_invocations_per_workgroup.min(limits.max_compute_workgroup_size_x);
+        // Many threads leave few registers for each; more than these only where lines are too long otherwise.
+        self.within(tuning, limits, most.min(tuning.most_threads))
+            .or_else(|| self.within(tuning, limits, most))
+    }
+
+    fn within(&self, tuning: &Tuning, limits: &wgpu::Limits, most: u32) -> Option<Cut> {
         let memory = limits.max_compute_workgroup_storage_size;
-        let mut chunk = if self.complex { tuning.chunk_complex } else { tuning.chunk_real };
-        chunk = chunk.clamp(4, MOST_CHUNK).next_multiple_of(4);
+        let chunk = if self.complex { tuning.chunk_complex } else { tuning.chunk_real };
+        let mut chunk = chunk.clamp(4, MOST_CHUNK).next_multiple_of(4);
         while chunk <= MOST_CHUNK {
             let chunks = self.unknowns.div_ceil(chunk);
             let wanted = (tuning.threads / chunks).max(if self.columns { tuning.columns } else { 1 });
-            // Fewer lines in a workgroup, then smaller steps, then longer chunks.
-            for lines in (1..=wanted.div_ceil(self.halves)).rev() {
-                let per_group = lines * self.halves;
+            // Fewer lines in a workgroup, then smaller steps, then one part of the pixels alone, then longer chunks.
+            let whole =
+                (1..=wanted.div_ceil(self.halves)).rev().map(|pixels| (pixels * self.halves, self.halves));
+            for (per_group, side) in whole.chain([(1, 1)]) {
                 let used = chunks * per_group;
                 // As many threads for many sizes of picture, so that they share a pipeline.
                 for threads in [used.max(tuning.threads), used] {
                     let threads = threads.next_multiple_of(64).min(most);
                     for step in if self.columns { [0; 3] } else { [4, 2, 1] } {
                         if used <= threads && self.workgroup_bytes(threads, step) <= memory {
-                            return Some(Cut { chunk, chunks, per_group, threads, step });
+                            return Some(Cut { chunk, chunks, per_group, side, threads, step });
                         }
                     }
                 }
@@ -110,10 +123,10 @@ impl Need {
     }
 }
 
-/// Solves all lines of a pass.
+/// Solves all lines of a pass. Lines too long for the device's workgroups go to the hybrid.
 ///
 /// # Errors
-/// [`Error::DeviceLimit`] where lines are longer than the device's workgroups can hold.
+/// [`pullfocus_core::Error::DeviceLimit`], [`pullfocus_core::Error::OutOfMemory`].
 pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tuning) -> Result<()> {
     let axis = pass.axis;
     let complex = pass.scheme.terms.iter().any(|term| term.sigma[1] != 0.0);
@@ -130,13 +143,9 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tunin
     // Two terms are in registers at once, so two planes at a time; all four where lines are too long for that.
     let halves = if pass.round() && pass.group.planes == 4 { [2, 1] } else { [1, 1] };
     let cut = halves.into_iter().find_map(|halves| Some((halves, need(halves).cut(tuning, limits)?)));
-    let (halves, cut) = cut.ok_or_else(|| Error::DeviceLimit {
-        device: recorder.context.name().to_owned(),
-        what: "unknowns of one line",
-        needed: axis.unknowns.into(),
-        allowed: u64::from(limits.max_compute_invocations_per_workgroup * MOST_CHUNK),
-        instead: "use another solver or the processor",
-    })?;
+    let Some((halves, cut)) = cut else {
+        return super::passes::solve(recorder, pass, Solver::Hybrid);
+    };
     let lanes = pass.group.planes / halves;
 
     let mut parts = vec![
@@ -163,6 +172,7 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tunin
         ("K", Constant::Count(cut.chunk)),
         ("THREADS", Constant::Count(cut.threads)),
         ("HALVES", Constant::Count(halves)),
+        ("SIDE", Constant::Count(cut.side)),
         has_circle,
         has_gamma,
         ("NOTE_LEAST", Constant::Flag(pass.note_least)),
@@ -197,7 +207,7 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tunin
     buffers.extend(pass.fields);
     buffers.push(pass.layer.map_or(&nothing, |(_, found)| found));
     let groups = (axis.lines * halves).div_ceil(cut.per_group);
-    recorder.run(&Spec::new(&parts, &constants), &params, &buffers, [groups, 1, 1])
+    recorder.run(&Spec::new(&parts, &constants), &params, &buffers, in_two_dimensions(groups))
 }
 
 #[cfg(test)]
@@ -224,14 +234,13 @@ mod tests {
                     (true, true, 2, 2),
                     (true, true, 1, 1),
                 ] {
-                    // Halves of pixels are lines, of which a workgroup has two at least.
-                    if halves == 2 && unknowns > 4096 {
-                        continue;
-                    }
                     let need = Need { unknowns, columns, halves, lanes, complex, memory_bytes: 4 * lanes };
                     let cut = need.cut(&Tuning::default(), &limits).expect("8192 fit");
-                    assert!(cut.chunks * cut.chunk >= unknowns && cut.per_group.is_multiple_of(halves));
-                    assert!(cut.chunks * cut.per_group <= cut.threads, "{cut:?}");
+                    assert!(cut.chunks * cut.chunk >= unknowns && cut.per_group.is_multiple_of(cut.side));
+                    assert!(
+                        cut.chunks * cut.per_group <= cut.threads && (cut.side == halves || cut.side == 1),
+                        "{cut:?}"
+                    );
                     assert!(cut.threads <= limits.max_compute_invocations_per_workgroup);
                     assert!(
                         need.workgroup_bytes(cut.threads, cut.step)

@@ -112,6 +112,14 @@ impl Pass<'_> {
     }
 }
 
+/// Workgroups for `count` pieces of work, of which one dimension may not hold all.
+pub(super) fn in_two_dimensions(count: u32) -> [u32; 3] {
+    /// What every device allows.
+    const MOST: u32 = 65535;
+    let rows = count.div_ceil(MOST).max(1);
+    [count.div_ceil(rows), rows, 1]
+}
+
 /// Solves all lines of a pass, term by term.
 ///
 /// # Errors
@@ -230,7 +238,7 @@ impl System<'_, '_> {
                 &[part!("diffusion/reduced"), part!("diffusion/rest")],
                 &[("THREADS", Constant::Count(HYBRID_REST as u32))],
             );
-            recorder.run(&solve, &top, &[&self.rows, &self.values], [lines, 1, 1])?;
+            recorder.run(&solve, &top, &[&self.rows, &self.values], in_two_dimensions(lines))?;
         }
         // The one unknown that is left of a line has no links: its mean is its value.
         let substitute = spec(&[part!("diffusion/cyclic_substitute")], &[]);
@@ -314,13 +322,14 @@ impl System<'_, '_> {
         parts.push(part!("diffusion/jacobi_change"));
         let spec = Spec::new(&parts, &[]);
         let params = SweepParams { unknowns: pass.axis.unknowns, lines: pass.axis.lines };
-        let largest = recorder.take(pass.size, 8)?;
+        let largest = recorder.take(pass.size, 32)?;
         recorder.encoder().clear_buffer(&largest, 0, None);
         recorder.run(&spec, &params, &[old, next, &largest], pass.workgroups(pass.axis.unknowns))?;
-        let bytes = recorder.read(&largest, 8)?;
+        let bytes = recorder.read(&largest, 32)?;
         recorder.give([largest]);
-        let value = |at: usize| f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
-        let (change, value) = (value(0), value(4));
-        Ok(if change == 0.0 { 0.0 } else { change / value })
+        let values: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
+        // Each plane by its own largest value.
+        let parts = values.chunks_exact(2).map(|pair| if pair[0] == 0.0 { 0.0 } else { pair[0] / pair[1] });
+        Ok(parts.fold(0.0, f32::max))
     }
 }

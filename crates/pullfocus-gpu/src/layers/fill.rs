@@ -47,6 +47,8 @@ pub fn fill(work: &mut Work<'_, '_>, grid: Size, weighted: Vec<Group>) -> Result
             height: size.height as u32,
             ratio: ratio as u32,
         };
+        // Groups do not wait for each other within a pass, whose barriers are all at its beginning.
+        work.recorder.end_pass();
         let mut coarse = Vec::with_capacity(fine.len());
         for group in fine {
             let shrunk = Group::take(work.recorder, size, 4, Storage::Full)?;
@@ -78,6 +80,7 @@ pub fn fill(work: &mut Work<'_, '_>, grid: Size, weighted: Vec<Group>) -> Result
             least_weight: LEAST_WEIGHT,
         };
         let nothing = work.recorder.memory.nothing.clone();
+        work.recorder.end_pass();
         for (i, group) in groups.iter().enumerate() {
             let above = coarser.as_ref().map_or(&nothing, |(_, above)| &above[i].buffer);
             work.recorder.run(&divide, &params, &[above, &group.buffer], workgroups(size))?;

@@ -2,7 +2,7 @@
 //!
 //! # Practice
 //! How many layers there are is known to the device alone (`split.wgsl`). Passes are recorded for as many as were asked for,
-//! from far to near; those that are not there have no colour, no coverage and no circle, and change nothing.
+//! from far to near; those that are not there are neither made nor blurred nor looked at.
 
 use super::fill::fill;
 use super::joint::{self, Layer};
@@ -32,14 +32,16 @@ uniform! {
 
 uniform! {
     /// See `composite.wgsl`.
-    CompositeParams { width: u32, height: u32, coverage: u32, layers: u32 }
+    CompositeParams { width: u32, height: u32, coverage: u32, layers: u32, first: u32 }
 }
 
 /// What all passes of one picture need.
 pub struct Parts<'a> {
     /// The picture, in groups with room for one more plane.
     pub picture: &'a [Group],
-    /// How many planes it has.
+    /// How many colour planes it has.
+    pub colors: usize,
+    /// How many planes it has, alpha included.
     pub planes: usize,
     /// Signed diameters.
     pub coc: &'a wgpu::Buffer,
@@ -88,18 +90,18 @@ impl Parts<'_> {
 
     /// Planes that decide over edges.
     pub fn leading(&self) -> u32 {
-        self.planes.min(LEADING) as u32
+        self.colors.min(LEADING) as u32
     }
 }
 
-/// Blurs `picture` (`planes` planes, then room for coverage) in place, in at most `layers` layers by the diameters `coc`.
+/// Blurs `picture` (`planes` planes, of which `colors` are colours, then room for coverage) in place, in at most `layers` layers by the diameters `coc`.
 ///
 /// # Errors
 /// As [`crate::diffusion::diffuse`].
 pub fn blur_layers(
     work: &mut Work<'_, '_>,
     picture: &[Group],
-    planes: usize,
+    [colors, planes]: [usize; 2],
     coc: &wgpu::Buffer,
     layers: u32,
 ) -> Result<()> {
@@ -108,11 +110,13 @@ pub fn blur_layers(
     }
     let limits = work.recorder.context.limits();
     let most_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    let apart = take_apart(work, picture, planes, coc, layers, most_bytes)?;
+    let apart = take_apart(work, picture, [colors, planes], coc, layers, most_bytes)?;
     work.recorder.stage("blur");
     let mut done = Vec::new();
-    for Layer { groups, circle } in apart {
-        let all: Vec<&Group> = groups.iter().collect();
+    for (i, Layer { groups, circle }) in apart.into_iter().enumerate() {
+        // The farthest covers everything, and that needs no blur.
+        let used = if i == 0 { planes.div_ceil(4) } else { groups.len() };
+        let all: Vec<&Group> = groups[..used].iter().collect();
         work.blur(&all, &circle, None)?;
         work.recorder.give([circle]);
         done.push(groups);
@@ -130,7 +134,7 @@ pub fn blur_layers(
 pub fn take_apart(
     work: &mut Work<'_, '_>,
     picture: &[Group],
-    planes: usize,
+    [colors, planes]: [usize; 2],
     coc: &wgpu::Buffer,
     layers: u32,
     most_bytes: u64,
@@ -143,7 +147,7 @@ pub fn take_apart(
     let edge = edges::find(work, coc, &split)?;
     let step = finest_step(work.display_width);
     let grid = grid_size(work.size, step);
-    let parts = Parts { picture, planes, coc, split, edge, layers, grid, step, most_bytes };
+    let parts = Parts { picture, colors, planes, coc, split, edge, layers, grid, step, most_bytes };
     let filled = fill_layers(work, &parts)?;
     let apart = joint::make(work, &parts, filled)?;
     let Parts { split, edge, .. } = parts;
@@ -252,6 +256,7 @@ pub fn composite(
                 height: work.size.height as u32,
                 coverage,
                 layers: some.len() as u32,
+                first: (k * most) as u32,
             };
             let mut buffers = vec![&range, &group.buffer];
             for from in if own { vec![g] } else { vec![g, coverage_group] } {

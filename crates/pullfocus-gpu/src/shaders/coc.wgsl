@@ -4,7 +4,8 @@
 struct Params {
     width: u32,
     height: u32,
-    // What the numbers are: 0 planar, 1 along the ray, 2 inverse, 3 disparity, 4 normalised, 5 diameters.
+    // What the numbers are: 0 planar, 1 along the ray, 2 inverse, 3 disparity, 4 normalised, 5 diameters, 6 normalised with
+    // white near.
     kind: u32,
     // Whether a range of diameters stays sharp.
     protect: u32,
@@ -59,7 +60,10 @@ fn dioptres(value: f32, x: u32, y: u32) -> f32 {
             if is_finite(value) { w = max(value * p.scale + p.shift, 0.0); }
             else { w = select(0.0, 1e6, (value > 0.0) == (p.scale > 0.0)); }
         }
-        default: { w = 1.0 / (p.shift + p.scale * clamp(value, 0.0, 1.0)); }
+        default: {
+            let part = clamp(value, 0.0, 1.0);
+            w = 1.0 / (p.shift + p.scale * select(part, 1.0 - part, p.kind == 6u));
+        }
     }
     // Nearer than a micrometre is a number that no scene means.
     w = min(w, 1e6);
@@ -97,12 +101,22 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_inde
         atomicStore(&highest, 0u);
     }
     workgroupBarrier();
-    if id.x < p.width && id.y < p.height {
-        let c = diameter(source_at(id.x, id.y), id.x, id.y);
-        coc[id.y * p.width + id.x] = c;
-        atomicMin(&lowest, ordered(c));
-        atomicMax(&highest, ordered(c));
+    // Eight rows a thread: few numbers meet in the atomics.
+    var low = 0xffffffffu;
+    var high = 0u;
+    if id.x < p.width {
+        for (var row = 0u; row < 8u; row++) {
+            let y = id.y * 8u + row;
+            if y < p.height {
+                let c = diameter(source_at(id.x, y), id.x, y);
+                coc[y * p.width + id.x] = c;
+                low = min(low, ordered(c));
+                high = max(high, ordered(c));
+            }
+        }
     }
+    atomicMin(&lowest, low);
+    atomicMax(&highest, high);
     workgroupBarrier();
     if index == 0u {
         atomicMin(&range[0], atomicLoad(&lowest));

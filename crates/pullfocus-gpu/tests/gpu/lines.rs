@@ -57,7 +57,8 @@ fn any_cut_gives_the_same_up_to_rounding() {
         with_host(|host| {
             let expected = diffused(host, &planes, &circle, &settings);
             for (chunk, threads, columns) in [(4, 64, 1), (20, 128, 8)] {
-                let tuning = Tuning { chunk_real: chunk, chunk_complex: chunk, threads, columns };
+                let tuning =
+                    Tuning { chunk_real: chunk, chunk_complex: chunk, threads, columns, ..Tuning::default() };
                 host.set_tuning(tuning);
                 let found = diffused(host, &planes, &circle, &settings);
                 host.set_tuning(Tuning::default());

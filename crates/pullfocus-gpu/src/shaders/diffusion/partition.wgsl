@@ -104,7 +104,7 @@ fn solve(values: ptr<function, array<Val, K>>, term: u32) {
 
     // What the next chunk gave to this one's last unknown.
     let slot = own_index;
-    let apart = select(HALVES, p.per_group, NEIGHBOUR_IS_LINES_APART);
+    let apart = select(SIDE, p.per_group, NEIGHBOUR_IS_LINES_APART);
     node_weight[slot] = given.weight;
     node_value[slot] = given.value;
     workgroupBarrier();
@@ -137,7 +137,11 @@ fn solve(values: ptr<function, array<Val, K>>, term: u32) {
 }
 
 @compute @workgroup_size(THREADS)
-fn main(@builtin(local_invocation_index) index: u32, @builtin(workgroup_id) group: vec3u) {
+fn main(
+    @builtin(local_invocation_index) index: u32,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+) {
     if SKIPS {
         // By way of workgroup memory, so that all of the workgroup goes or stays.
         if index == 0u { node_weight[0] = n_real(select(1.0, 0.0, found[2] <= p.layer)); }
@@ -147,7 +151,7 @@ fn main(@builtin(local_invocation_index) index: u32, @builtin(workgroup_id) grou
     own_line = line_of(index);
     own_chunk = select(p.chunks, chunk_of(index), index < p.per_group * p.chunks);
     own_first = own_chunk * K;
-    first_line = group.x * p.per_group;
+    first_line = (group.y * groups.x + group.x) * p.per_group;
     own_active = index < p.per_group * p.chunks && first_line + own_line < p.lines;
     work(p.least_at + ((first_line + own_line) % HALVES) * WIDTH);
 }

@@ -14,15 +14,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let t = own_taps(place);
     for (var k = 0u; k < OUTS; k++) {
         let layer = p.first + k;
-        var circle = 0.0;
+        // Nobody looks at layers that are not there.
         if layer < layer_count() {
             let own = member(layer_ramps(layer), u).x * (1.0 - edge[at]);
-            circle = abs(c);
+            var circle = abs(c);
             if own < 1.0 {
                 let fill = filled(t, layer, SHAPES).x;
                 circle = fill + (circle - fill) * own;
             }
+            put(k, at, circle);
         }
-        put(k, at, circle);
     }
 }

@@ -6,13 +6,14 @@ struct Params {
     height: u32,
     // Which plane of its group is the coverage.
     coverage: u32,
-    // How many layers there are here.
+    // How many layers there are here, and which is the first.
     layers: u32,
+    first: u32,
 }
 
 @group(0) @binding(0) var<uniform> p: Params;
-// Ordered bits of the smallest and the largest diameter.
-@group(0) @binding(1) var<storage, read> range: vec2u;
+// Ordered bits of the smallest and the largest diameter, then how many layers were found.
+@group(0) @binding(1) var<storage, read> range: vec3u;
 @group(0) @binding(2) var<storage, read_write> picture: array<Px>;
 
 fn from_ordered(key: u32) -> f32 {
@@ -27,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var behind = Lane(0.0);
     if !FARTHEST { behind = px_unpack(picture[at]); }
     for (var layer = 0u; layer < FRONTS; layer++) {
-        if layer < p.layers {
+        if layer < p.layers && p.first + layer < range.z {
             let own = front(layer, at);
             if FARTHEST && layer == 0u {
                 behind = own;

@@ -14,8 +14,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let t = own_taps(place);
     for (var k = 0u; k < OUTS; k++) {
         let layer = p.first + k;
-        var coverage = 0.0;
-        if layer < layer_count() { coverage = coverage_of(pixel, t, layer).z; }
-        put(k, at, coverage);
+        if layer < layer_count() { put(k, at, coverage_of(pixel, t, layer).z); }
     }
 }

@@ -67,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     rest *= part;
     let covers = vec4u(0u, 1u, 2u, 3u) == vec4u(p.coverage);
     /* unroll */ for (var i = 0u; i < LAYERS; i++) {
-        if i >= p.first && i - p.first < OUTS {
+        if i >= p.first && i - p.first < OUTS && i < count {
             let full = (color[i] + rest * weight[i]) * scale * coverage[i];
             put(i - p.first, at, px_pack(select(full, vec4f(coverage[i]), covers)));
         }
