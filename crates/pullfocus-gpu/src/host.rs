@@ -241,6 +241,11 @@ impl Host {
         self.tuning
     }
 
+    /// Bytes of device memory held.
+    pub fn bytes(&self) -> u64 {
+        self.memory.bytes()
+    }
+
     /// The context and the buffers, to record with.
     pub(crate) fn parts(&mut self) -> (&Context, &mut Memory) {
         (&self.context, &mut self.memory)

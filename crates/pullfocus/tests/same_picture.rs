@@ -1,0 +1,201 @@
+//! The same picture from both devices; ignored where there is no adapter. `pullfocus-gpu`'s tests say how to name one.
+
+#[cfg(feature = "gpu")]
+mod same {
+    use libtest_mimic::{Arguments, Trial};
+    use pullfocus_core::{
+        Cancel, Distance, Element, Frame, Layering, Picture, Plane, Preset, Scene, Settings, Size, Storage,
+    };
+    use pullfocus_gpu::{Choice, Host, adapters};
+    use pullfocus_testkit::conformance::compare_pictures;
+    use pullfocus_testkit::scenes;
+    use std::sync::{Mutex, OnceLock, PoisonError};
+
+    fn choice() -> Option<Choice> {
+        let wanted = std::env::var("PULLFOCUS_TEST_ADAPTER").unwrap_or_default().to_lowercase();
+        let usable = adapters().into_iter().filter(|info| info.unusable.is_none());
+        let mut names = usable.map(|info| info.name);
+        names.find(|name| name.to_lowercase().contains(&wanted)).map(Choice::Named)
+    }
+
+    fn with_host<T>(work: impl FnOnce(&mut Host) -> T) -> T {
+        static HOST: OnceLock<Mutex<Host>> = OnceLock::new();
+        let host = HOST.get_or_init(|| {
+            let choice = choice().expect("an adapter: the test is ignored without");
+            Mutex::new(Host::open(&choice).expect("the adapter opens"))
+        });
+        work(&mut host.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// A fence before a ramp with so many colours, alpha if wanted.
+    fn scene(size: Size, colors: usize, alpha: bool) -> Scene {
+        let mut scene = scenes::fence_over_ramp(size, -9.0, 14.0);
+        let picture = &mut scene.base.picture;
+        while picture.colors.len() < colors {
+            picture.colors.push(scenes::noise(size, 0.0, 2.0, picture.colors.len() as u64));
+        }
+        picture.colors.truncate(colors);
+        picture.alpha = alpha.then(|| scenes::ramp(size, 0.2, 1.0));
+        scene
+    }
+
+    /// The same with a block in front of it.
+    fn layered(size: Size, alpha: bool) -> Scene {
+        let mut scene = scene(size, 3, alpha);
+        let block = |x: usize, y: usize| x > size.width / 3 && x < size.width / 2 && y > size.height / 4;
+        let cover = scenes::plane(size, |x, y| if block(x, y) { 1.0 } else { 0.0 });
+        let colors = [0.9, 0.4, 0.1].map(|c| scenes::plane(size, |x, y| c * cover.at(x, y))).to_vec();
+        scene.foreground = Some(Element {
+            picture: Picture { colors, alpha: Some(cover) },
+            distance: Distance::Coc(scenes::constant(size, -13.0)),
+        });
+        scene
+    }
+
+    fn every_layering() -> [Settings; 4] {
+        let of = |layering| Settings { layering, ..Settings::default() };
+        [
+            of(Layering::Single),
+            of(Layering::Background { layers: 2, threshold: 0.02 }),
+            Settings::preset(Preset::Preview),
+            Settings::preset(Preset::Final),
+        ]
+    }
+
+    /// Half of what both may be from f64: each value within 1e-4 of the other, or of 0.05 where it is darker.
+    const RELATIVE: f32 = 1e-4;
+    const FLOOR: f32 = 0.05;
+
+    fn check(name: &str, scene: &Scene) {
+        for settings in every_layering() {
+            let mut by_cpu = scene.clone();
+            let cancel = Cancel::new();
+            let cpu = pullfocus_cpu::Renderer::new().render(&mut by_cpu, None, &settings, &cancel);
+            let mut by_gpu = scene.clone();
+            let gpu = with_host(|host| host.render(&mut by_gpu, None, &settings, &cancel));
+            let (cpu, gpu) = (cpu.expect("the CPU renders"), gpu.expect("the GPU renders"));
+            let name = format!("{name} with {:?}", settings.layering);
+            compare_pictures(&name, &by_gpu.base.picture, &by_cpu.base.picture, RELATIVE, FLOOR);
+            assert_eq!((gpu.layers, gpu.coc_range), (cpu.layers, cpu.coc_range), "{name}");
+        }
+    }
+
+    fn pictures_of_any_planes() {
+        for (colors, alpha) in
+            [(3, false), (3, true), (1, true), (2, true), (1, false), (7, true), (8, false)]
+        {
+            check(&format!("{colors} colours, alpha {alpha}"), &scene(Size::new(150, 84), colors, alpha));
+        }
+    }
+
+    fn pictures_of_any_size() {
+        for size in
+            [Size::new(1, 1), Size::new(1, 40), Size::new(57, 2), Size::new(300, 17), Size::new(64, 64)]
+        {
+            check(&size.to_string(), &scene(size, 3, true));
+        }
+    }
+
+    fn a_wide_frame_whose_fills_lie_on_a_coarser_grid() {
+        let mut scene = scene(Size::new(160, 90), 3, false);
+        scene.frame = Frame { pixel_aspect: 1.3, ..scene.frame };
+        scene.frame.display.size = Size::new(3840, 2160);
+        check("a part of a wide frame", &scene);
+    }
+
+    fn foregrounds() {
+        for alpha in [false, true] {
+            check("a foreground", &layered(Size::new(150, 84), alpha));
+        }
+        let mut sharp = layered(Size::new(60, 40), false);
+        sharp.base.distance = Distance::Coc(scenes::constant(Size::new(60, 40), 0.0));
+        check("a foreground before a picture in focus", &sharp);
+    }
+
+    fn half_storage_is_near() {
+        let scene = scene(Size::new(150, 84), 3, true);
+        for settings in every_layering() {
+            let render = |storage| {
+                let mut scene = scene.clone();
+                with_host(|host| {
+                    host.set_storage(storage);
+                    let result = host.render(&mut scene, None, &settings, &Cancel::new());
+                    host.set_storage(Storage::Full);
+                    result.expect("it renders");
+                });
+                scene.base.picture
+            };
+            // f16 rounds by 5e-4, some ten times over, the disc's fields at ten times the size of their sum.
+            compare_pictures("half", &render(Storage::Half), &render(Storage::Full), 5e-2, 0.5);
+        }
+    }
+
+    fn a_failed_frame_leaves_no_memory_behind() {
+        let scene = scene(Size::new(200, 120), 3, false);
+        with_host(|host| {
+            let cancelled = Cancel::new();
+            cancelled.cancel();
+            let mut kept = scene.clone();
+            host.render(&mut kept, None, &Settings::default(), &Cancel::new()).expect("it renders");
+            let before = host.bytes();
+            for _ in 0..3 {
+                let mut scene = scene.clone();
+                // Cancelled in the middle: by then a part is recorded.
+                let late = Cancel::new();
+                let flag = late.clone();
+                let raise = std::thread::spawn(move || {
+                    std::thread::sleep(std::time::Duration::from_millis(5));
+                    flag.cancel();
+                });
+                let result = host.render(&mut scene, None, &Settings::default(), &late);
+                raise.join().expect("the flag is raised");
+                if result.is_err() {
+                    assert!(same_planes(&scene.base.picture, &self::scene(Size::new(200, 120), 3, false)));
+                }
+                assert!(host.bytes() <= before, "{} bytes after {before}", host.bytes());
+            }
+            let mut again = scene.clone();
+            host.render(&mut again, None, &Settings::default(), &Cancel::new()).expect("it renders again");
+            assert!(host.bytes() <= before && again.base.picture == kept.base.picture);
+        });
+    }
+
+    fn same_planes(picture: &Picture, scene: &Scene) -> bool {
+        let planes = |picture: &Picture| picture.planes().cloned().collect::<Vec<Plane>>();
+        planes(picture) == planes(&scene.base.picture)
+    }
+
+    pub fn main() {
+        let arguments = Arguments::from_args();
+        let there = choice().is_some();
+        let required = std::env::var("PULLFOCUS_TEST_GPU").is_ok_and(|value| value == "required");
+        assert!(there || !required, "PULLFOCUS_TEST_GPU=required, and no adapter was found");
+        let tests: [(&str, fn()); 6] = [
+            ("pictures_of_any_planes", pictures_of_any_planes),
+            ("pictures_of_any_size", pictures_of_any_size),
+            (
+                "a_wide_frame_whose_fills_lie_on_a_coarser_grid",
+                a_wide_frame_whose_fills_lie_on_a_coarser_grid,
+            ),
+            ("foregrounds", foregrounds),
+            ("half_storage_is_near", half_storage_is_near),
+            ("a_failed_frame_leaves_no_memory_behind", a_failed_frame_leaves_no_memory_behind),
+        ];
+        let trials = tests.map(|(name, test)| {
+            let run = move || {
+                test();
+                Ok(())
+            };
+            Trial::test(name, run).with_ignored_flag(!there)
+        });
+        libtest_mimic::run(&arguments, trials.into()).exit();
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn main() {
+    same::main();
+}
+
+#[cfg(not(feature = "gpu"))]
+fn main() {}
