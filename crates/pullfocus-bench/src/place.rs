@@ -72,10 +72,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 pub fn provenance() -> String {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     format!(
-        "Machine: {}, {} threads. Commit: {}. Command: `cargo run --release -p pullfocus-bench -- {}`.",
+        "Machine: {}, {} threads. Commit: {}. Command: `cargo run {}-p pullfocus-bench -- {}`.",
         processor(),
         rayon::current_num_threads(),
         commit(),
+        if cfg!(debug_assertions) { "" } else { "--release " },
         arguments.join(" ")
     )
 }

@@ -68,7 +68,7 @@ fn cost(session: &mut Session, frame: &TestFrame, settings: &Settings) -> Result
 
 fn between(half: &Picture, full: &Picture) -> Result<Cost> {
     let psnr = psnr(&display(full)?, &display(half)?)?;
-    Ok(Cost { difference: Difference::between(half, full, f64::INFINITY), psnr })
+    Ok(Cost { difference: Difference::between(half, full, f64::INFINITY, 0.0), psnr })
 }
 
 /// The section.
