@@ -37,7 +37,7 @@ impl Difference {
             all.count += 1;
             all.above += usize::from(difference > bound);
             let apart = (a - b).abs();
-            all.beyond += usize::from(difference > bound && !(apart <= rounding));
+            all.beyond += usize::from(difference > bound && (apart.is_nan() || apart > rounding));
         }
         all
     }
