@@ -207,9 +207,10 @@ impl Context {
         frame: &FrameSettings<'_>,
     ) -> Result<()> {
         let mut encoder = self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let slot = buffers.memory.slot();
         let result = self.record(&mut encoder, buffers, inputs, frame, None);
         // Its commands never run, so its uniforms need no place.
-        buffers.memory.previous_slot();
+        buffers.memory.back_to_slot(slot);
         result
     }
 }

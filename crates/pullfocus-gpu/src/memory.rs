@@ -87,9 +87,14 @@ impl Memory {
         (slot * SLOT, SLOT)
     }
 
-    /// Takes the last [`Memory::next_slot`] back: nothing was recorded, or it was thrown away.
-    pub fn previous_slot(&mut self) {
-        self.next_slot = (self.next_slot + SLOTS - 1) % SLOTS;
+    /// Which slot comes next.
+    pub fn slot(&self) -> u64 {
+        self.next_slot
+    }
+
+    /// Goes back to what [`Memory::slot`] was: what was recorded since is thrown away.
+    pub fn back_to_slot(&mut self, slot: u64) {
+        self.next_slot = slot;
     }
 
     /// A buffer of at least `bytes` that the host can read; the last one if it is large enough.

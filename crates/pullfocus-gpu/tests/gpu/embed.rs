@@ -407,6 +407,14 @@ fn frames_may_wait_for_one_submission() {
     let commands = [0, 1, 2, 3].map(|i| {
         let mut encoder = context.device().create_command_encoder(&Default::default());
         let camera = camera(focuses[i]);
+        // What is thrown away or refused in between takes nobody's place.
+        let out = view(&textures.output);
+        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
+        let full = Frame::full(textures.size);
+        let frame = FrameSettings { frame: full, camera: Some(&camera), settings: &settings };
+        context.prepare(&mut buffers, &inputs, &frame).expect("it prepares");
+        let refused = context.prepare(&mut buffers, &inputs, &FrameSettings { camera: None, ..frame });
+        assert_eq!(refused, Err(Error::NoCamera));
         textures
             .record(&context, &mut encoder, &mut buffers, &camera, &settings, &outputs[i])
             .expect("it records");
