@@ -114,12 +114,14 @@ pub fn run(options: &Options) -> Result<()> {
         let measured = cusparse::measure(&session)?;
         cusparse_text = cusparse::section(&measured, solver_rows.as_deref().unwrap_or_default());
     }
-    let targets = Targets {
+    // What a processor needs says nothing about them.
+    let measured = Targets {
         ratio: solver_rows.as_deref().and_then(solvers::worst_ratio),
         three: frame_rows.as_deref().and_then(|rows| frames::seconds_4k(rows, frames::THREE)),
         last: frame_rows.as_deref().and_then(|rows| frames::seconds_4k(rows, frames::FINAL)),
         spread: frame_rows.as_deref().and_then(frames::worst_spread),
     };
+    let targets = if software { Targets::default() } else { measured };
     let head = head(&described, software, session.by_device, rounds);
     let text = format!(
         "# On a GPU\n\n{head}{}{solvers_text}{sweeps_text}{frames_text}{storage_text}{cusparse_text}",
