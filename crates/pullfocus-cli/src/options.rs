@@ -203,6 +203,20 @@ pub enum MethodName {
     Naive,
     /// Every pixel an average over its own circle (--psf), slowly
     Gather,
+    /// Every pixel spread over a square, at the same cost for every size of circle
+    Square,
+    /// Every pixel spread over a Gaussian through a pyramid, at the same cost for every size of circle
+    Pyramid,
+}
+
+/// How finely the pyramid draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum QualityName {
+    /// The picture of --method naive to 50 dB: the default
+    Standard,
+    /// One level finer, some four times as slow
+    Fine,
 }
 
 /// Numbers in a GPU's memory.
@@ -303,6 +317,9 @@ options! {
         /// blades:N,DEG turned by DEG degrees.
         #[arg(long, value_name = "SHAPE", help_heading = "Blur")]
         psf: Shape,
+        /// How finely --method pyramid draws.
+        #[arg(long, value_name = "NAME", help_heading = "Blur")]
+        quality: QualityName,
         /// Which layers the picture is taken apart into.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         layering: LayeringName,

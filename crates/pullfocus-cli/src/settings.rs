@@ -3,15 +3,15 @@
 use crate::failure::{Failure, Result};
 use crate::options::{
     Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, PresetName,
-    SolverName,
+    QualityName, SolverName,
 };
 use crate::values::{Largest, Number};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method, Preset, Psf, Settings,
-    Solver,
+    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method, Preset, Psf, Quality,
+    Settings, Solver,
 };
 
 fn usage<T>(sentence: &str) -> Result<T> {
@@ -28,12 +28,13 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         Some(PresetName::Final) | None => Preset::Final,
     };
     let base = Settings::preset(preset);
-    let (method, psf) = method(blur)?;
+    let (method, psf, quality) = method(blur)?;
     let settings = Settings {
         coc: coc(circle)?,
         layering: layering(blur, base.layering)?,
         method,
         psf,
+        quality,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
     };
@@ -115,19 +116,26 @@ pub fn method_of(name: MethodName) -> Method {
         MethodName::Diffusion => Method::Diffusion,
         MethodName::Naive => Method::Naive,
         MethodName::Gather => Method::Gather,
+        MethodName::Square => Method::Square,
+        MethodName::Pyramid => Method::Pyramid,
     }
 }
 
-fn method(blur: &Blur) -> Result<(Method, Psf)> {
+fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
     let method = blur.method.map_or(Method::Diffusion, method_of);
     if let Some(option) = of_diffusion(blur).filter(|_| method != Method::Diffusion) {
         return Err(Failure::usage(format!(
             "{option} goes with --method diffusion; the other methods spread pixels and solve nothing"
         )));
     }
+    let quality = match blur.quality {
+        Some(_) if method != Method::Pyramid => return usage("--quality goes with --method pyramid"),
+        Some(QualityName::Fine) => Quality::Fine,
+        Some(QualityName::Standard) | None => Quality::Standard,
+    };
     match blur.psf {
         Some(_) if !method.has_psf() => usage("--psf goes with --method naive or gather"),
-        psf => Ok((method, psf.map_or(Psf::default(), |shape| shape.0))),
+        psf => Ok((method, psf.map_or(Psf::default(), |shape| shape.0), quality)),
     }
 }
 
@@ -293,6 +301,8 @@ mod tests {
         refused("method = 'naive'\nintegrator = 'disc'", "--integrator goes with --method diffusion");
         refused("method = 'gather'\nsolver = 'jacobi'\nsweeps = 9", "--solver goes with --method diffusion");
         refused("psf = 'disc'", "--method naive or gather");
+        refused("method = 'square'\nquality = 'fine'", "--method pyramid");
+        refused("method = 'pyramid'\npsf = 'disc'", "--method naive or gather");
         refused("front = -1", "--front");
         refused("depth-scale = 2", "disparity");
         refused("depth = 'disparity'", "--depth-scale");
@@ -311,6 +321,7 @@ mod tests {
             assert_eq!(made(&format!("method = '{name}'")).unwrap().method, method);
         }
         let blades = made("method = 'naive'\npsf = 'blades:6,15'").unwrap();
+        assert_eq!(made("method = 'pyramid'\nquality = 'fine'").unwrap().quality, Quality::Fine);
         assert_eq!(blades.psf, Psf::Blades { count: 6, rotation_degrees: 15.0 });
     }
 

@@ -108,8 +108,11 @@ pub fn method(file: &mut Blur, flags: &Blur) {
         if !method_of(method).has_psf() {
             file.psf = None;
         }
+        if method != MethodName::Pyramid {
+            file.quality = None;
+        }
     } else if of_diffusion(flags).is_some() && file.method != Some(MethodName::Diffusion) {
-        (file.method, file.psf) = (None, None);
+        (file.method, file.psf, file.quality) = (None, None, None);
     }
 }
 
@@ -154,6 +157,10 @@ mod tests {
         over("method = 'gather'", disc, "method = 'gather'\npsf = 'disc'");
         over("psf = 'gaussian'", disc, "method = 'naive'\npsf = 'gaussian'");
         over("integrator = 'rational'", disc, "integrator = 'rational'");
+        let fine = "method = 'pyramid'\nquality = 'fine'";
+        over("method = 'square'", fine, "method = 'square'");
+        over("method = 'pyramid'", fine, fine);
+        over("steps = 2\nintegrator = 'backward-euler'", fine, "steps = 2\nintegrator = 'backward-euler'");
         let jacobi = "integrator = 'backward-euler'\nsteps = 2\nsolver = 'jacobi'\nsweeps = 9\nlayers = 2";
         over("method = 'naive'", jacobi, "method = 'naive'\nlayers = 2");
     }

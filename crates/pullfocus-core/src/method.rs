@@ -16,11 +16,17 @@ pub enum Method {
     /// Every pixel of the result is an average over its own circle of confusion (third paper, 3.2): the transpose of
     /// [`Method::Naive`]. The cost grows with the circle's area.
     Gather,
+    /// Every pixel is spread over a square with the disc's variance, by its corners (Kosloff, Tao, Barsky 2009). The cost is the
+    /// same for every circle.
+    Square,
+    /// Every pixel is spread over a Gaussian with the disc's variance, as a small one on the level of a pyramid (third paper,
+    /// section 5). The cost is the same for every circle.
+    Pyramid,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 3] = [Self::Diffusion, Self::Naive, Self::Gather];
+    pub const ALL: [Self; 5] = [Self::Diffusion, Self::Naive, Self::Gather, Self::Square, Self::Pyramid];
 
     /// Whether [`Psf`] is this method's to choose.
     pub fn has_psf(self) -> bool {
@@ -40,6 +46,17 @@ impl Method {
             reason: "this device has diffusion only; take the device cpu, or the method diffusion",
         })
     }
+}
+
+/// How finely [`Method::Pyramid`] draws (third paper, 5.1: finer levels have more control, coarser ones are faster).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quality {
+    /// Gaussians of 13 x 13 cells or less.
+    #[default]
+    Standard,
+    /// One level finer: up to 25 x 25 cells, at some four times the cost.
+    Fine,
 }
 
 /// The point spread function of [`Method::Naive`] and [`Method::Gather`]: the shape of a point of light whose circle of
@@ -75,7 +92,7 @@ impl Psf {
         if self != Self::Gaussian && !method.has_psf() {
             return Err(Error::Unsupported {
                 what: "a psf other than Gaussian",
-                reason: "only the methods naive and gather have a choice of psf",
+                reason: "only the methods naive and gather have a choice of psf; pyramid is Gaussian, square a square",
             });
         }
         let Self::Blades { count, rotation_degrees } = self else { return Ok(()) };

@@ -67,6 +67,18 @@ pub fn discrete_gaussian(variance: f64, reach: usize) -> Vec<f64> {
     values
 }
 
+/// The box whose pixels have exactly this variance along one axis, in square pixels: k and f for a row of `2 k - 1` whole pixels and
+/// the share f, 0 to 1, of one more on either side ("extended box", Gwosdek, Grewenig, Bruhn, Weickert 2011). Its side, `2 k - 1 + 2 f`,
+/// tends to `c sqrt(3) / 2` for a disc of diameter c, grows with the variance without a jump, and is one pixel at 0.
+pub fn extended_box(variance: f64) -> (u32, f64) {
+    // 2 k - 1 whole pixels have the variance ((2 k - 1)^2 - 1) / 12.
+    let k = (0.5 * (1.0 + (1.0 + 12.0 * variance).sqrt())).floor();
+    let whole = 2.0 * k - 1.0;
+    let inner = (k - 1.0) * k * whole / 3.0;
+    let f = (variance * whole - inner) / (2.0 * (k * k - variance));
+    (k as u32, f.clamp(0.0, 1.0))
+}
+
 /// The distance from the middle to each side of a regular polygon of `count` corners, in parts of the diameter of the disc
 /// whose variance it has. (Its corners lie at R with `R^2 (2 + cos(2 pi / n)) / 12 = c^2 / 16`.)
 pub fn apothem(count: u32) -> f64 {
@@ -106,6 +118,25 @@ mod tests {
             assert!(values.iter().all(|v| (0.0..=1.0).contains(v)));
         }
         assert_eq!(discrete_gaussian(0.0, 2), [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn boxes_have_their_variance_and_grow_evenly() {
+        let mut last = 0.0;
+        for i in 0..4000 {
+            let variance = 0.01 * f64::from(i);
+            let (k, f) = extended_box(variance);
+            let inner: f64 = (1..k).map(|n| 2.0 * f64::from(n * n)).sum();
+            let side = f64::from(2 * k - 1) + 2.0 * f;
+            let found = (inner + 2.0 * f * f64::from(k * k)) / side;
+            assert!((found - variance).abs() < 1e-9, "{variance}: {found}");
+            // Quickest just before a side of 3, by 1 / (1 - v)^2 = 9 at v = 2/3.
+            assert!(i == 0 || (side > last && side - last < 0.0901), "{variance}: {side}");
+            last = side;
+        }
+        assert_eq!(extended_box(0.0), (1, 0.0));
+        let (k, f) = extended_box(variance(1000.0));
+        assert!((2.0 * (f64::from(k) + f) - 1.0 - 1000.0 * 0.75f64.sqrt()).abs() < 1e-2);
     }
 
     #[test]

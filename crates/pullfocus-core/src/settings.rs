@@ -4,7 +4,7 @@ use crate::coc::CocSettings;
 use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
 use crate::layers::Layering;
-use crate::method::{Method, Psf};
+use crate::method::{Method, Psf, Quality};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a render; the same for every backend.
@@ -19,6 +19,8 @@ pub struct Settings {
     pub method: Method,
     /// The shape of a point of light, where the method has a choice.
     pub psf: Psf,
+    /// How finely the pyramid draws.
+    pub quality: Quality,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Mend anti-aliased depth before it is used.

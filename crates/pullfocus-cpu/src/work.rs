@@ -5,7 +5,7 @@ use crate::pool::PlanePool;
 use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
-    Cancel, Diffusion, Frame, Integrator, Method, Plane, Psf, Report, Result, Settings, Solver,
+    Cancel, Diffusion, Frame, Integrator, Method, Plane, Psf, Quality, Report, Result, Settings, Solver,
 };
 use std::time::Instant;
 
@@ -26,6 +26,8 @@ pub struct Work<'a> {
     pub method: Method,
     /// The shape of a point, where the method has a choice.
     pub psf: Psf,
+    /// How finely the pyramid draws.
+    pub quality: Quality,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Pixels of height for one pixel of width.
@@ -59,6 +61,7 @@ impl<'a> Work<'a> {
         Self {
             method: settings.method,
             psf: settings.psf,
+            quality: settings.quality,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,
@@ -77,7 +80,14 @@ impl<'a> Work<'a> {
             let medium = Medium { conductivity: Conductivity::Circle(circle), gamma, vertical_scale };
             return diffuse(planes, &medium, &self.diffusion, true, &mut self.memory.diffusion, self.cancel);
         }
-        let spreading = Spread { method: self.method, psf: self.psf, circle, gamma, vertical_scale };
+        let spreading = Spread {
+            method: self.method,
+            psf: self.psf,
+            quality: self.quality,
+            circle,
+            gamma,
+            vertical_scale,
+        };
         spread(planes, &spreading, &mut self.memory.spreading, self.cancel)
     }
 

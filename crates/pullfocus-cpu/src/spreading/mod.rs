@@ -17,12 +17,15 @@
 
 mod brute;
 mod footprint;
+mod pyramid;
+mod splats;
+mod square;
 #[cfg(test)]
 mod tests;
 
 use crate::rows::{fold_rows, for_each_row};
 use pullfocus_core::scheme::LEAST_GAMMA;
-use pullfocus_core::{Cancel, Error, Method, Plane, Psf, Result, Size};
+use pullfocus_core::{Cancel, Error, Method, Plane, Psf, Quality, Result, Size};
 
 /// Which spreading, and what it spreads over.
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +34,8 @@ pub struct Spread<'a> {
     pub method: Method,
     /// The shape, where the method has a choice.
     pub psf: Psf,
+    /// How finely the pyramid draws.
+    pub quality: Quality,
     /// Diameters of the circle of confusion in pixels of width, of either sign.
     pub circle: &'a Plane,
     /// Weight with which a pixel is spread, 0 or more; 1 everywhere if there is none. Values below 1e-15, NaN included,
@@ -45,6 +50,14 @@ pub struct Spread<'a> {
 pub struct SpreadBuffers {
     sums: Vec<Plane>,
     weight: Plane,
+    methods: MethodBuffers,
+}
+
+/// What a method keeps for itself.
+#[derive(Debug, Default)]
+struct MethodBuffers {
+    square: square::Sums,
+    pyramid: pyramid::Pyramid,
 }
 
 impl Spread<'_> {
@@ -99,7 +112,7 @@ pub fn spread(
             })?;
         }
     }
-    let SpreadBuffers { sums, weight } = buffers;
+    let SpreadBuffers { sums, weight, methods } = buffers;
     if sums.len() < planes.len() {
         sums.resize_with(planes.len(), Plane::default);
     }
@@ -109,7 +122,7 @@ pub fn spread(
         for output in &mut outputs {
             output.resize(size)?;
         }
-        add_up(&inputs, spread, &mut outputs, cancel)?;
+        add_up(&inputs, spread, &mut outputs, methods, cancel)?;
     }
     for ((plane, sum), (low, high)) in planes.iter_mut().zip(sums).zip(ranges) {
         for_each_row(plane, cancel, |y, row| {
@@ -140,9 +153,17 @@ fn range(plane: &Plane, cancel: &Cancel) -> Result<(f32, f32)> {
 }
 
 /// Writes the sums of `inputs`, which carry their weight already, and after them the sum of weights.
-fn add_up(inputs: &[&Plane], spread: &Spread<'_>, outputs: &mut [&mut Plane], cancel: &Cancel) -> Result<()> {
+fn add_up(
+    inputs: &[&Plane],
+    spread: &Spread<'_>,
+    outputs: &mut [&mut Plane],
+    buffers: &mut MethodBuffers,
+    cancel: &Cancel,
+) -> Result<()> {
     match spread.method {
         Method::Naive | Method::Gather => brute::add_up(inputs, spread, outputs, cancel),
+        Method::Square => square::add_up(inputs, spread, outputs, &mut buffers.square, cancel),
+        Method::Pyramid => pyramid::add_up(inputs, spread, outputs, &mut buffers.pyramid, cancel),
         Method::Diffusion => {
             Err(Error::Unsupported { what: "diffusion", reason: "it is no spreading method" })
         }

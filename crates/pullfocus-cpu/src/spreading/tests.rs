@@ -1,7 +1,7 @@
 //! The spreading methods against their f64 references, and what each keeps.
 
 use super::*;
-use pullfocus_testkit::reference::spreading::{Spreading, normalised};
+use pullfocus_testkit::reference::spreading::{Shape, Spreading, normalised};
 use pullfocus_testkit::{Grid, scenes};
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ const SHAPES: [Psf; 4] = [
 ];
 
 fn of<'a>(method: Method, psf: Psf, circle: &'a Plane, gamma: Option<&'a Plane>) -> Spread<'a> {
-    Spread { method, psf, circle, gamma, vertical_scale: 1.0 }
+    Spread { method, psf, quality: Quality::Standard, circle, gamma, vertical_scale: 1.0 }
 }
 
 /// Every method with every shape that it has.
@@ -36,7 +36,7 @@ fn blurred(plane: &Plane, spreading: &Spread<'_>) -> Plane {
 fn sums(plane: &Plane, spreading: &Spread<'_>) -> [Plane; 2] {
     let mut outputs = [plane.clone(), plane.clone()];
     let [sum, weight] = &mut outputs;
-    add_up(&[plane], spreading, &mut [sum, weight], &Cancel::new()).unwrap();
+    add_up(&[plane], spreading, &mut [sum, weight], &mut MethodBuffers::default(), &Cancel::new()).unwrap();
     outputs
 }
 
@@ -55,12 +55,13 @@ fn naive_and_gather_match_the_f64_reference() {
             for gamma in [None, Some(&matte)] {
                 let (diameter, x) = (Grid::from_plane(&circle), Grid::from_plane(&values));
                 let scale = f64::from(vertical_scale);
-                let reference = Spreading { psf, diameter: &diameter, vertical_scale: scale };
+                let reference =
+                    Spreading { shape: Shape::Psf(psf), diameter: &diameter, vertical_scale: scale };
                 let weights = gamma.map(Grid::from_plane);
                 let spread = normalised(&x, weights.as_ref(), |values| reference.spread(values));
                 let gathered = normalised(&x, weights.as_ref(), |values| reference.gather(values));
                 for (method, expected) in [(Method::Naive, spread), (Method::Gather, gathered)] {
-                    let spreading = Spread { method, psf, circle: &circle, gamma, vertical_scale };
+                    let spreading = Spread { vertical_scale, ..of(method, psf, &circle, gamma) };
                     let error = expected.distance_to(&blurred(&values, &spreading)) / 3.0;
                     // Gaussians are mixed from a table: 5e-4 of the peak for each axis. Others have f32's rounding.
                     let least = if psf == Psf::Gaussian { 1e-3 } else { 2e-5 };
@@ -69,6 +70,134 @@ fn naive_and_gather_match_the_f64_reference() {
             }
         }
     }
+}
+
+#[test]
+fn square_matches_the_f64_reference() {
+    let values = scenes::noise(SIZE, 0.0, 3.0, 4);
+    let matte = scenes::plane(SIZE, |x, y| (x.abs_diff(30) + y) as f32 / 60.0);
+    let circles = [
+        scenes::plane(SIZE, |x, y| if (x / 9 + y / 7) % 3 == 0 { 0.3 } else { 0.5 * x as f32 - 3.0 }),
+        // From nothing to far beyond the picture, pixel by pixel.
+        scenes::noise(SIZE, 0.0, 90.0, 5),
+    ];
+    for circle in &circles {
+        for vertical_scale in [0.6, 1.0, 1.5] {
+            for gamma in [None, Some(&matte)] {
+                let (diameter, x) = (Grid::from_plane(circle), Grid::from_plane(&values));
+                let scale = f64::from(vertical_scale);
+                let reference =
+                    Spreading { shape: Shape::Square, diameter: &diameter, vertical_scale: scale };
+                let weights = gamma.map(Grid::from_plane);
+                let expected = normalised(&x, weights.as_ref(), |values| reference.spread(values));
+                let square = Spread { vertical_scale, ..of(Method::Square, Psf::Gaussian, circle, gamma) };
+                let error = expected.distance_to(&blurred(&values, &square)) / 3.0;
+                // Sides and results are rounded to f32.
+                assert!(error < 5e-6, "{vertical_scale}: {error:e}");
+            }
+        }
+    }
+}
+
+/// Lights of half's largest, in a black picture: beyond their squares running sums come back to nothing.
+#[test]
+fn lights_leave_no_streaks_behind_squares() {
+    let size = Size::new(900, 300);
+    let light = |x: usize, y: usize| x % 200 == 77 && y % 90 == 41;
+    let lights = scenes::plane(size, |x, y| if light(x, y) { 65504.0 } else { 0.0 });
+    let circle = scenes::plane(size, |x, _| 0.37 + (x % 7) as f32 * 2.9);
+    let [sum, weight] = sums(&lights, &of(Method::Square, Psf::Gaussian, &circle, None));
+    // 17.8 px of circle have a side of 15.4.
+    let far = |x: usize, y: usize| (x % 200).abs_diff(77) > 9 || (y % 90).abs_diff(41) > 9;
+    let pixels = (0..size.area()).map(|i| (i % size.width, i / size.width));
+    let worst = pixels.filter(|(x, y)| far(*x, *y)).map(|(x, y)| (sum.at(x, y) / weight.at(x, y)).abs());
+    let worst = worst.fold(0.0, f32::max);
+    // 1e-16 of 65504 for each of the running sum's steps; f32 would leave hundredths.
+    assert!(worst < 1e-7, "{worst:e}");
+}
+
+/// 20 log10 of the reference's largest value over the root of the mean square of the difference.
+fn decibels(a: &Plane, b: &Plane) -> f64 {
+    let (a, b) = (Grid::from_plane(a), Grid::from_plane(b));
+    let difference = a.zip(&b, |a, b| (a - b).powi(2)).sum() / a.data.len() as f64;
+    10.0 * (a.largest().powi(2) / difference).log10()
+}
+
+#[test]
+fn the_pyramid_is_the_naive_gaussian() {
+    let size = Size::new(200, 140);
+    let hdr = scenes::plane(size, |x, y| if (x * 31 + y * 17) % 997 == 0 { 2000.0 } else { 0.5 });
+    let pictures = [scenes::noise(size, 0.0, 1.0, 3), scenes::checker(size, 20), hdr];
+    let mut circles: Vec<Plane> =
+        [0.7, 2.0, 3.4, 5.0, 7.3, 11.0, 16.0, 23.0, 50.0, 120.0].map(|c| scenes::constant(size, c)).into();
+    circles.push(scenes::ramp(size, 0.0, 40.0));
+    circles.push(scenes::plane(size, |x, y| if (x / 50 + y / 35) % 2 == 0 { 2.0 } else { 30.0 }));
+    for (i, circle) in circles.iter().enumerate() {
+        for picture in &pictures {
+            let naive = blurred(picture, &of(Method::Naive, Psf::Gaussian, circle, None));
+            for (quality, least) in [(Quality::Standard, 50.0), (Quality::Fine, 55.0)] {
+                let pyramid = Spread { quality, ..of(Method::Pyramid, Psf::Gaussian, circle, None) };
+                let found = decibels(&naive, &blurred(picture, &pyramid));
+                // Beside the largest value of the result, not of the picture.
+                assert!(found > least, "{quality:?}, circles {i}: {found} dB");
+            }
+        }
+    }
+}
+
+/// Sum, place and variance of one point's PSF, wherever it lies in the cells and whichever levels share it.
+#[test]
+fn the_pyramid_s_points_have_their_moments() {
+    let size = Size::new(230, 210);
+    for vertical_scale in [1.0, 0.7, 1.4] {
+        for c in [0.0, 0.6, 2.0, 4.3, 6.1, 8.0, 9.7, 13.0, 17.0, 25.0, 39.0] {
+            for (x, y) in [(115, 105), (116, 99), (121, 110)] {
+                let point = scenes::plane(size, |px, py| if (px, py) == (x, y) { 1.0 } else { 0.0 });
+                let circle = scenes::constant(size, c);
+                let pyramid = Spread { vertical_scale, ..of(Method::Pyramid, Psf::Gaussian, &circle, None) };
+                let [sum, weight] = sums(&point, &pyramid);
+                let moment = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+                    let at =
+                        |i: usize| ((i % size.width) as f64 - x as f64, (i / size.width) as f64 - y as f64);
+                    sum.data().iter().enumerate().map(|(i, v)| f64::from(*v) * f(at(i).0, at(i).1)).sum()
+                };
+                let t = f64::from(c * c) / 16.0;
+                let down = t * f64::from(vertical_scale).powi(2);
+                let errors = [
+                    moment(&|_, _| 1.0) - 1.0,
+                    moment(&|x, _| x),
+                    moment(&|_, y| y),
+                    (moment(&|x, _| x * x) - t) / (t + 0.01),
+                    (moment(&|_, y| y * y) - down) / (down + 0.01),
+                    f64::from(weight.at(x, y)) - 1.0,
+                ];
+                // Weights are f32, some thousand of them; the last is the lattice's ripple, 2e-5 for each axis.
+                assert!(errors.iter().all(|e| e.abs() < 2e-4), "{c} at {x}, {y}: {errors:?}");
+            }
+        }
+    }
+}
+
+/// A blur that grows smoothly across an even slope shows no grid and no step: second differences stay those of the naive
+/// Gaussian.
+#[test]
+fn the_pyramid_shows_no_grid_and_no_steps() {
+    let size = Size::new(420, 150);
+    let waves = scenes::plane(size, |x, y| 0.5 + 0.4 * (0.02 * x as f32).sin() + 0.001 * y as f32);
+    let circle = scenes::ramp(size, 0.0, 60.0);
+    let naive = blurred(&waves, &of(Method::Naive, Psf::Gaussian, &circle, None));
+    let pyramid = blurred(&waves, &of(Method::Pyramid, Psf::Gaussian, &circle, None));
+    let second = |plane: &Plane| {
+        let rows = (0..size.height).map(|y| plane.row(y));
+        let across = rows.flat_map(|row| row.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()));
+        let columns = (1..size.height - 1).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+        let down =
+            columns.map(|(x, y)| (plane.at(x, y - 1) - 2.0 * plane.at(x, y) + plane.at(x, y + 1)).abs());
+        across.chain(down).fold(0.0, f32::max)
+    };
+    let (smooth, found) = (second(&naive), second(&pyramid));
+    // The waves' own curvature is 1.6e-4; an eye sees steps of 1e-3.
+    assert!(found < smooth + 1e-4, "{found:e} beside {smooth:e}");
 }
 
 #[test]

@@ -24,7 +24,7 @@
 //! | Jacobi, few sweeps | yes | no | yes with backward Euler | yes |
 //! | layers (background, general) | yes | no: they are blended or composited | backward Euler | yes |
 //! | foreground with behind | yes (same colour on both) | the foreground's coverage | backward Euler | yes |
-//! | naive, before the division by the weight | no | yes | no | yes |
+//! | naive, square, pyramid, before the division by the weight | no | yes | no | yes |
 //! | gather, before the division | yes, away from borders | no | yes, away from borders | yes |
 //! | every spreading method, divided | yes, to the bit | no | yes | yes |
 

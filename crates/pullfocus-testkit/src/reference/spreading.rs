@@ -4,11 +4,20 @@ use crate::grid::Grid;
 use pullfocus_core::Psf;
 use std::f64::consts::{PI, TAU};
 
+/// What a pixel is spread over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A chosen PSF.
+    Psf(Psf),
+    /// The square of square spreading.
+    Square,
+}
+
 /// A picture's circles of confusion and what is spread over them.
 #[derive(Debug, Clone, Copy)]
 pub struct Spreading<'a> {
     /// The shape.
-    pub psf: Psf,
+    pub shape: Shape,
     /// Diameters in pixels of width, of either sign.
     pub diameter: &'a Grid,
     /// Pixels of height for one of width.
@@ -34,10 +43,29 @@ fn axis(t: f64) -> Vec<f64> {
     half.iter().map(|weight| weight / sum).collect()
 }
 
+/// One axis of a box with a pixel's share at either end: the side whose variance is `t`, by bisection.
+fn box_axis(t: f64) -> Vec<f64> {
+    let of_side = |side: f64| {
+        let whole = (0.5 * (side + 1.0)).floor();
+        let part = 0.5 * (side - (2.0 * whole - 1.0));
+        let mut half = vec![1.0 / side; whole as usize];
+        half.push(part / side);
+        half
+    };
+    let variance = |half: &[f64]| half.iter().enumerate().map(|(n, w)| 2.0 * (n * n) as f64 * w).sum::<f64>();
+    let (mut low, mut high) = (1.0, 4.0 + 4.0 * t.sqrt());
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if variance(&of_side(middle)) < t { low = middle } else { high = middle }
+    }
+    of_side(low)
+}
+
 /// The PSF of a pixel whose circle is `diameter` pixels: distance across and down, and weight. The weights' sum is 1.
-pub fn footprint(psf: Psf, diameter: f64, vertical_scale: f64) -> Vec<(isize, isize, f64)> {
+pub fn footprint(shape: Shape, diameter: f64, vertical_scale: f64) -> Vec<(isize, isize, f64)> {
     let diameter = diameter.abs();
-    if psf == Psf::Gaussian {
+    if matches!(shape, Shape::Psf(Psf::Gaussian) | Shape::Square) {
+        let axis = if shape == Shape::Square { box_axis } else { axis };
         let variance = |scale: f64| (diameter * scale).powi(2) / 16.0;
         let (across, down) = (axis(variance(1.0)), axis(variance(vertical_scale)));
         let both = |half: &[f64]| 1 - half.len() as isize..half.len() as isize;
@@ -47,8 +75,8 @@ pub fn footprint(psf: Psf, diameter: f64, vertical_scale: f64) -> Vec<(isize, is
             .collect();
     }
     // How far a point lies beyond the rim, in pixels of width.
-    let beyond = |x: f64, y: f64| match psf {
-        Psf::Blades { count, rotation_degrees } => {
+    let beyond = |x: f64, y: f64| match shape {
+        Shape::Psf(Psf::Blades { count, rotation_degrees }) => {
             let step = TAU / f64::from(count);
             // Corners at R, with the disc's variance: R^2 (2 + cos(2 pi / n)) / 12 = c^2 / 16.
             let corners = diameter * (0.75 / (2.0 + step.cos())).sqrt();
@@ -79,7 +107,7 @@ impl Spreading<'_> {
         let mut last = (f64::NAN, Vec::new());
         for (pixel, &diameter) in data.iter().enumerate() {
             if last.0 != diameter {
-                last = (diameter, footprint(self.psf, diameter, self.vertical_scale));
+                last = (diameter, footprint(self.shape, diameter, self.vertical_scale));
             }
             for &(dx, dy, weight) in &last.1 {
                 let to = (pixel % width).checked_add_signed(dx).zip((pixel / width).checked_add_signed(dy));
@@ -116,22 +144,23 @@ pub fn normalised(values: &Grid, gamma: Option<&Grid>, filter: impl Fn(&Grid) ->
 mod tests {
     use super::*;
 
-    const SHAPES: [Psf; 4] = [
-        Psf::Gaussian,
-        Psf::Disc,
-        Psf::Blades { count: 3, rotation_degrees: 20.0 },
-        Psf::Blades { count: 6, rotation_degrees: 0.0 },
+    const SHAPES: [Shape; 5] = [
+        Shape::Psf(Psf::Gaussian),
+        Shape::Psf(Psf::Disc),
+        Shape::Psf(Psf::Blades { count: 3, rotation_degrees: 20.0 }),
+        Shape::Psf(Psf::Blades { count: 6, rotation_degrees: 0.0 }),
+        Shape::Square,
     ];
 
     #[test]
     fn every_shape_has_the_disc_s_variance_and_is_a_pixel_without_blur() {
-        for psf in SHAPES {
+        for shape in SHAPES {
             for scale in [0.5, 1.0, 1.6] {
-                let only = footprint(psf, 0.0, scale);
+                let only = footprint(shape, 0.0, scale);
                 // The Gaussian's integral is 0 but for rounding.
-                assert_eq!(only.iter().filter(|(.., weight)| weight.abs() > 1e-12).count(), 1, "{psf:?}");
+                assert_eq!(only.iter().filter(|(.., weight)| weight.abs() > 1e-12).count(), 1, "{shape:?}");
                 let variance = |axis: usize| {
-                    let moments = footprint(psf, 24.0, scale).into_iter();
+                    let moments = footprint(shape, 24.0, scale).into_iter();
                     moments.map(|(x, y, w)| w * ([x, y][axis] as f64).powi(2)).sum::<f64>()
                 };
                 let (across, down) = (variance(0) / 36.0, variance(1) / (36.0 * scale * scale));
@@ -139,7 +168,7 @@ mod tests {
                 // as the finer side, and a straight side steps along the coarser.
                 let least = if scale == 1.0 { 0.03 } else { 0.08 };
                 let error = (across - 1.0).abs().max((down - 1.0).abs());
-                assert!(error < least, "{psf:?}, {scale}: {across} {down}");
+                assert!(error < least, "{shape:?}, {scale}: {across} {down}");
             }
         }
     }
@@ -149,12 +178,12 @@ mod tests {
         let diameter = Grid::from_fn(17, 13, |x, y| 0.4 * x as f64 - 0.3 * y as f64);
         let (a, b) =
             (Grid::from_fn(17, 13, |x, y| (x * y) as f64), Grid::from_fn(17, 13, |x, y| (x + 3 * y) as f64));
-        for psf in SHAPES {
-            let spreading = Spreading { psf, diameter: &diameter, vertical_scale: 1.2 };
+        for shape in SHAPES {
+            let spreading = Spreading { shape, diameter: &diameter, vertical_scale: 1.2 };
             let product = |a: &Grid, b: &Grid| a.zip(b, |a, b| a * b).sum();
             let (one, other) = (product(&spreading.spread(&a), &b), product(&a, &spreading.gather(&b)));
             // Rounding of f64.
-            assert!((one / other - 1.0).abs() < 1e-12, "{psf:?}: {one} {other}");
+            assert!((one / other - 1.0).abs() < 1e-12, "{shape:?}: {one} {other}");
         }
     }
 }
