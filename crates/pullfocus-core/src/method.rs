@@ -55,7 +55,7 @@ pub enum Quality {
     /// Gaussians of 13 x 13 cells or less.
     #[default]
     Standard,
-    /// One level finer: up to 25 x 25 cells, at some four times the cost.
+    /// One level finer: up to 27 x 27 cells, at some four times the cost.
     Fine,
 }
 

@@ -33,8 +33,9 @@ pub fn enlarged_variance(level: usize) -> f64 {
 /// is wider.
 #[inline(always)]
 pub fn cell_variance(variance: f64, level: usize) -> f64 {
-    let cell = (1u64 << (2 * level)) as f64;
-    (variance - ENLARGING * (cell - 1.0) / 3.0) / cell
+    // 4^-level, by its exponent.
+    let part = f64::from_bits((1023 - 2 * level as u64) << 52);
+    (variance + ENLARGING / 3.0) * part - ENLARGING / 3.0
 }
 
 /// How long, in splats' variances, the change from one level to the next takes.
@@ -60,10 +61,10 @@ pub const LEAST_TABLED: f32 = 0.5;
 #[inline(always)]
 pub fn level_of(variance: f64, quality: Quality) -> (usize, f32) {
     let (least, wide) = (quality.least_variance(), FADE * quality.least_variance());
-    let mut level = 0;
-    while cell_variance(variance, level + 1) >= wide {
-        level += 1;
-    }
+    // The last level whose splat has at least `wide`: 4^level is at most this.
+    let cells = (variance + ENLARGING / 3.0) / (wide + ENLARGING / 3.0);
+    let exponent = (cells.to_bits() >> 52) as usize;
+    let level = exponent.saturating_sub(1023) / 2;
     let share = (cell_variance(variance, level + 1) - least) / (wide - least);
     (level, share.max(0.0) as f32)
 }
@@ -173,7 +174,9 @@ mod tests {
         let moment = |n: i32| cells.iter().map(|(d, w)| w * d.powi(n)).sum::<f64>();
         assert_eq!([moment(0), moment(1), moment(2)], [1.0, 0.0, ENLARGING]);
         assert_eq!(enlarged_variance(2), ENLARGING * (1.0 + 4.0));
-        assert_eq!(cell_variance(30.0, 2), (30.0 - enlarged_variance(2)) / 16.0);
+        // f64 rounding.
+        assert!((cell_variance(30.0, 2) - (30.0 - enlarged_variance(2)) / 16.0).abs() < 1e-14);
+        assert_eq!(cell_variance(0.0, 0), 0.0);
     }
 
     #[test]
@@ -189,7 +192,11 @@ mod tests {
                 last = at;
                 let used = if share > 0.0 { level + 1 } else { level };
                 let least = cell_variance(variance, used);
-                assert!(used == 0 || least >= quality.least_variance(), "{variance}: {least}");
+                // f64 rounding.
+                assert!(used == 0 || least >= quality.least_variance() - 1e-12, "{variance}: {least}");
+                // The next would be too narrow, or has no share yet.
+                let (next, wide) = (cell_variance(variance, level + 1), FADE * quality.least_variance());
+                assert!(next < wide + 1e-9 && (level == 0 || cell_variance(variance, level) > wide - 1e-9));
                 assert!(cell_variance(variance, level) <= most_variance(quality, 1.0));
             }
         }

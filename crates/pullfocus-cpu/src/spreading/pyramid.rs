@@ -268,10 +268,10 @@ impl wide::Work for Drawing<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { call, rows, stripe, levels, result } = self;
-        *result = if call.splats[0].stride == 16 {
-            draw::<16>(&call, rows, stripe, levels)
-        } else {
-            draw::<0>(&call, rows, stripe, levels)
+        *result = match call.splats[0].stride {
+            16 => draw::<16>(&call, rows, stripe, levels),
+            32 => draw::<32>(&call, rows, stripe, levels),
+            _ => draw::<0>(&call, rows, stripe, levels),
         };
     }
 }

@@ -13,6 +13,7 @@
 //! least and largest squares have none there.
 
 use super::{Spread, at_least};
+use crate::rows::for_each_row;
 use crate::wide;
 use pullfocus_core::psf::{extended_box, variance};
 use pullfocus_core::{Cancel, Error, Plane, Result};
@@ -56,9 +57,9 @@ pub fn add_up(
 /// Each pixel's box along both axes, and what each stretch of a row has at least and at most.
 struct Boxes {
     /// Half a side: whole pixels on either side, the middle included, and the outermost one's part.
-    across: Vec<f32>,
+    across: Plane,
     /// The same down the columns, where pixels are not square.
-    down: Option<Vec<f32>>,
+    down: Option<Plane>,
     /// Least and largest whole number of `down` in each stretch.
     stretches: Vec<[u32; 2]>,
     per_row: usize,
@@ -68,27 +69,23 @@ impl Boxes {
     fn new(spread: &Spread<'_>, cancel: &Cancel) -> Result<Self> {
         let size = spread.size();
         let halves = |scale: f32| {
-            let mut halves = vec![0.0f32; size.area()];
-            halves.par_chunks_mut(size.width).enumerate().for_each(|(y, row)| {
-                if cancel.is_cancelled() {
-                    return;
-                }
+            let mut halves = Plane::filled(size, 0.0)?;
+            for_each_row(&mut halves, cancel, |y, row| {
                 for (x, half) in row.iter_mut().enumerate() {
                     let (whole, part) = extended_box(variance(f64::from(spread.diameter(x, y) * scale)));
                     *half = (f64::from(whole) + part) as f32;
                 }
-            });
-            halves
+            })?;
+            Ok(halves)
         };
-        let across = halves(1.0);
-        let down = (spread.vertical_scale != 1.0).then(|| halves(spread.vertical_scale));
-        cancel.check()?;
+        let across = halves(1.0)?;
+        let down = if spread.vertical_scale == 1.0 { None } else { Some(halves(spread.vertical_scale)?) };
         let ends = |halves: &[f32]| {
             let whole = |most: f32, pick: fn(f32, f32) -> f32| halves.iter().copied().fold(most, pick) as u32;
             [whole(f32::INFINITY, f32::min), whole(0.0, f32::max)]
         };
-        let rows = down.as_deref().unwrap_or(&across).chunks(size.width);
-        let stretches = rows.flat_map(|row| row.chunks(STRETCH).map(ends)).collect();
+        let halves = down.as_ref().unwrap_or(&across);
+        let stretches = (0..size.height).flat_map(|y| halves.row(y).chunks(STRETCH).map(ends)).collect();
         Ok(Self { across, down, stretches, per_row: size.width.div_ceil(STRETCH) })
     }
 }
@@ -218,8 +215,8 @@ impl Call<'_> {
     fn corners<const G: usize>(&self, x: usize, y: usize, rows: &std::ops::Range<isize>, sums: &mut [f64]) {
         let size = self.spread.size();
         let pixel = y * size.width + x;
-        let across = self.boxes.across[pixel];
-        let down = self.boxes.down.as_ref().map_or(across, |down| down[pixel]);
+        let across = self.boxes.across.data()[pixel];
+        let down = self.boxes.down.as_ref().map_or(across, |down| down.data()[pixel]);
         let mut columns = None;
         for (at, change) in steps(y, down) {
             let at = at.max(0);
