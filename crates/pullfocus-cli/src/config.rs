@@ -35,6 +35,7 @@ impl Options {
         yielding::lens(&mut below.lens, &self.lens);
         yielding::depth(&mut below.depth, &self.depth);
         yielding::layering(&mut below.blur, &self.blur);
+        yielding::method(&mut below.blur, &self.blur);
         yielding::diffusion(&mut below.blur, &self.blur);
         Self {
             files: self.files.over(below.files),

@@ -1,6 +1,6 @@
 //! Every option, once: the same declaration serves the command line and the settings file.
 
-use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Unit};
+use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Shape, Unit};
 use clap::ValueEnum;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -197,8 +197,26 @@ pub enum PresetName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
-    /// Anisotropic heat diffusion, at the same cost for every size of circle
+    /// Anisotropic heat diffusion, at the same cost for every size of circle: the default
     Diffusion,
+    /// Every pixel spread over its circle (--psf), slowly
+    Naive,
+    /// Every pixel an average over its own circle (--psf), slowly
+    Gather,
+    /// Every pixel spread over a square, at the same cost for every size of circle
+    Square,
+    /// Every pixel spread over a Gaussian through a pyramid, at the same cost for every size of circle
+    Pyramid,
+}
+
+/// How finely the pyramid draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum QualityName {
+    /// The picture of --method naive to 50 dB: the default
+    Standard,
+    /// One level finer, some four times as slow
+    Fine,
 }
 
 /// Numbers in a GPU's memory.
@@ -295,6 +313,13 @@ options! {
         /// How a layer is blurred.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         method: MethodName,
+        /// Shape of a point of light, for --method naive and gather: gaussian (the default), disc, or blades:N with N corners,
+        /// blades:N,DEG turned by DEG degrees.
+        #[arg(long, value_name = "SHAPE", help_heading = "Blur")]
+        psf: Shape,
+        /// How finely --method pyramid draws.
+        #[arg(long, value_name = "NAME", help_heading = "Blur")]
+        quality: QualityName,
         /// Which layers the picture is taken apart into.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         layering: LayeringName,

@@ -2,14 +2,16 @@
 
 use crate::failure::{Failure, Result};
 use crate::options::{
-    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, PresetName, SolverName,
+    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, PresetName,
+    QualityName, SolverName,
 };
 use crate::values::{Largest, Number};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Preset, Settings, Solver,
+    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method, Preset, Psf, Quality,
+    Settings, Solver,
 };
 
 fn usage<T>(sentence: &str) -> Result<T> {
@@ -26,9 +28,13 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         Some(PresetName::Final) | None => Preset::Final,
     };
     let base = Settings::preset(preset);
+    let (method, psf, quality) = method(blur)?;
     let settings = Settings {
         coc: coc(circle)?,
         layering: layering(blur, base.layering)?,
+        method,
+        psf,
+        quality,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
     };
@@ -88,6 +94,48 @@ fn layering(blur: &Blur, preset: Layering) -> Result<Layering> {
         (_, _, Some(_)) => usage("--layer-threshold goes with --layering background"),
         (Layering::General { layers }, n, None) => Ok(Layering::General { layers: n.unwrap_or(layers) }),
         (Layering::Single, None, None) => Ok(Layering::Single),
+    }
+}
+
+/// The first option given that says how diffusion works.
+pub fn of_diffusion(blur: &Blur) -> Option<&'static str> {
+    let given = [
+        (blur.integrator.is_some(), "--integrator"),
+        (blur.steps.is_some(), "--steps"),
+        (blur.calibration.is_some(), "--calibration"),
+        (blur.solver.is_some(), "--solver"),
+        (blur.sweeps.is_some(), "--sweeps"),
+        (blur.tolerance.is_some(), "--tolerance"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, name)| name)
+}
+
+/// The library's name for a method.
+pub fn method_of(name: MethodName) -> Method {
+    match name {
+        MethodName::Diffusion => Method::Diffusion,
+        MethodName::Naive => Method::Naive,
+        MethodName::Gather => Method::Gather,
+        MethodName::Square => Method::Square,
+        MethodName::Pyramid => Method::Pyramid,
+    }
+}
+
+fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
+    let method = blur.method.map_or(Method::Diffusion, method_of);
+    if let Some(option) = of_diffusion(blur).filter(|_| method != Method::Diffusion) {
+        return Err(Failure::usage(format!(
+            "{option} goes with --method diffusion; the other methods spread pixels and solve nothing"
+        )));
+    }
+    let quality = match blur.quality {
+        Some(_) if method != Method::Pyramid => return usage("--quality goes with --method pyramid"),
+        Some(QualityName::Fine) => Quality::Fine,
+        Some(QualityName::Standard) | None => Quality::Standard,
+    };
+    match blur.psf {
+        Some(_) if !method.has_psf() => usage("--psf goes with --method naive or gather"),
+        psf => Ok((method, psf.map_or(Psf::default(), |shape| shape.0), quality)),
     }
 }
 
@@ -250,6 +298,11 @@ mod tests {
         refused("solver = 'hybrid'\nsweeps = 4", "--solver jacobi");
         refused("solver = 'jacobi'\nsweeps = 4\ntolerance = 0.1", "one of them");
         refused("solver = 'jacobi'\ntolerance = 2", "between 0 and 1");
+        refused("method = 'naive'\nintegrator = 'disc'", "--integrator goes with --method diffusion");
+        refused("method = 'gather'\nsolver = 'jacobi'\nsweeps = 9", "--solver goes with --method diffusion");
+        refused("psf = 'disc'", "--method naive or gather");
+        refused("method = 'square'\nquality = 'fine'", "--method pyramid");
+        refused("method = 'pyramid'\npsf = 'disc'", "--method naive or gather");
         refused("front = -1", "--front");
         refused("depth-scale = 2", "disparity");
         refused("depth = 'disparity'", "--depth-scale");
@@ -258,6 +311,18 @@ mod tests {
         refused("depth-near = 1", "normalized");
         refused("depth = 'disparity'\ndepth-scale = 1\ndepth-unit = 'cm'", "metres already");
         refused("depth-far-clip = 0", "far clip");
+    }
+
+    #[test]
+    fn every_method_is_reached() {
+        for (name, method) in
+            [("diffusion", Method::Diffusion), ("naive", Method::Naive), ("gather", Method::Gather)]
+        {
+            assert_eq!(made(&format!("method = '{name}'")).unwrap().method, method);
+        }
+        let blades = made("method = 'naive'\npsf = 'blades:6,15'").unwrap();
+        assert_eq!(made("method = 'pyramid'\nquality = 'fine'").unwrap().quality, Quality::Fine);
+        assert_eq!(blades.psf, Psf::Blades { count: 6, rotation_degrees: 15.0 });
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Values that people write in more than one way, on the command line and in a settings file alike.
 
 use pullfocus::Device;
-use pullfocus_core::Size;
+use pullfocus_core::{Method, Psf, Size};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use std::fmt;
 use std::str::FromStr;
@@ -171,6 +171,35 @@ impl FromStr for Range {
     }
 }
 
+/// A point spread function: gaussian, disc, blades:N, blades:N,DEG.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shape(pub Psf);
+
+impl FromStr for Shape {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let blades = |text: &str| {
+            let (count, degrees) = text.split_once(',').unwrap_or((text, "0"));
+            let count = count.trim().parse().ok()?;
+            Some(Psf::Blades { count, rotation_degrees: number(degrees).ok()? })
+        };
+        let psf = match text.trim() {
+            "gaussian" => Some(Psf::Gaussian),
+            "disc" => Some(Psf::Disc),
+            other => other.strip_prefix("blades:").and_then(blades),
+        };
+        let psf = psf.ok_or_else(|| {
+            format!(
+                "'{text}' is no shape; write gaussian, disc, or blades:6 (blades:6,15 turned by 15 degrees)"
+            )
+        })?;
+        // Any method that has shapes: which one was asked for is another option.
+        psf.check(Method::Naive).map_err(|error| error.to_string())?;
+        Ok(Self(psf))
+    }
+}
+
 /// Names separated by commas, or a list in TOML.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Names(pub Vec<String>);
@@ -232,7 +261,7 @@ impl FromStr for DeviceChoice {
     }
 }
 
-from_text!(Number, Unit, Largest, Range, Names, Label, DeviceChoice);
+from_text!(Number, Unit, Largest, Range, Shape, Names, Label, DeviceChoice);
 
 #[cfg(test)]
 mod tests {
@@ -255,6 +284,18 @@ mod tests {
         assert_eq!("1920x1080".parse(), Ok(BenchSize(Size::new(1920, 1080))));
         for text in ["1920", "0x5", "axb", "99999x99999", "18446744073709551615x2"] {
             assert!(text.parse::<BenchSize>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn shapes_are_read() {
+        let blades = |count, rotation_degrees| Ok(Shape(Psf::Blades { count, rotation_degrees }));
+        assert_eq!("gaussian".parse(), Ok(Shape(Psf::Gaussian)));
+        assert_eq!("disc".parse(), Ok(Shape(Psf::Disc)));
+        assert_eq!("blades:6".parse(), blades(6, 0.0));
+        assert_eq!("blades:5, 12.5".parse(), blades(5, 12.5));
+        for (text, word) in [("star", "blades:6"), ("blades:2", "3 and 32"), ("blades:5,inf", "number")] {
+            assert!(text.parse::<Shape>().unwrap_err().contains(word), "{text}");
         }
     }
 

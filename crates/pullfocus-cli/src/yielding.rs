@@ -3,7 +3,10 @@
 //! A flag lies over the same option of the file; here, it also takes away what cannot go with it. What the command
 //! line alone or the file alone puts together wrongly stays as it is and is refused later.
 
-use crate::options::{Blur, Depth, DepthForm, Files, IntegratorName, LayeringName, Lens, SolverName};
+use crate::options::{
+    Blur, Depth, DepthForm, Files, IntegratorName, LayeringName, Lens, MethodName, SolverName,
+};
+use crate::settings::{method_of, of_diffusion};
 
 /// Circles of confusion take the place of depth, wherever it is.
 pub fn distance(file: (&mut Files, &mut Depth), flags: (&Files, &Depth)) {
@@ -95,6 +98,24 @@ pub fn layering(file: &mut Blur, flags: &Blur) {
     }
 }
 
+/// A method, and what belongs to others.
+pub fn method(file: &mut Blur, flags: &Blur) {
+    if let Some(method) = flags.method {
+        if method != MethodName::Diffusion {
+            (file.integrator, file.steps, file.calibration) = (None, None, None);
+            (file.solver, file.sweeps, file.tolerance) = (None, None, None);
+        }
+        if !method_of(method).has_psf() {
+            file.psf = None;
+        }
+        if method != MethodName::Pyramid {
+            file.quality = None;
+        }
+    } else if of_diffusion(flags).is_some() && file.method != Some(MethodName::Diffusion) {
+        (file.method, file.psf, file.quality) = (None, None, None);
+    }
+}
+
 /// Integrator and steps, solver and when it stops.
 pub fn diffusion(file: &mut Blur, flags: &Blur) {
     if flags.integrator.is_some_and(|integrator| integrator != IntegratorName::BackwardEuler) {
@@ -127,6 +148,21 @@ mod tests {
         camera::check(&both.lens).unwrap();
         settings::settings(&both.blur, &both.circle, &both.depth).unwrap();
         settings::decoding(&both.depth).unwrap();
+    }
+
+    #[test]
+    fn methods() {
+        let disc = "method = 'naive'\npsf = 'disc'";
+        over("method = 'diffusion'", disc, "method = 'diffusion'");
+        over("method = 'gather'", disc, "method = 'gather'\npsf = 'disc'");
+        over("psf = 'gaussian'", disc, "method = 'naive'\npsf = 'gaussian'");
+        over("integrator = 'rational'", disc, "integrator = 'rational'");
+        let fine = "method = 'pyramid'\nquality = 'fine'";
+        over("method = 'square'", fine, "method = 'square'");
+        over("method = 'pyramid'", fine, fine);
+        over("steps = 2\nintegrator = 'backward-euler'", fine, "steps = 2\nintegrator = 'backward-euler'");
+        let jacobi = "integrator = 'backward-euler'\nsteps = 2\nsolver = 'jacobi'\nsweeps = 9\nlayers = 2";
+        over("method = 'naive'", jacobi, "method = 'naive'\nlayers = 2");
     }
 
     #[test]

@@ -52,10 +52,12 @@ fn mistakes_of_usage_are_one_sentence_and_exit_2() {
     let folder = Folder::new();
     let (input, output) = (folder.frame("in.exr", 1), folder.path("out.exr"));
     let (input, output) = (input.as_str(), output.as_str());
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["--f-stop", "2"], "add --focus-distance M and --focal-length MM and --sensor-width MM"),
         (&["--f-stop", "2", "--aperture-diameter", "0.01"], "give one of them"),
         (&["--integrator", "rational", "--steps", "2"], "--steps goes with --integrator backward-euler"),
+        (&["--method", "naive", "--solver", "lu"], "--solver goes with --method diffusion"),
+        (&["--psf", "disc"], "--psf goes with --method naive or gather"),
         (&["--layering", "single", "--layers", "3"], "single has one layer"),
         (&["--overwrite", "--resume"], "give one of them"),
         (&["--foreground", input], "--foreground needs --behind"),

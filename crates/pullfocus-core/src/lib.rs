@@ -2,8 +2,8 @@
 //!
 //! The data's way is one sentence, and each noun in it is a module here:
 //!
-//! > [`picture`] + [`depth`] + [`camera`] → [`coc`] (circle of confusion) → [`layers`] → method
-//! > ([`diffusion`]) → composite
+//! > [`picture`] + [`depth`] + [`camera`] → [`coc`] (circle of confusion) → [`layers`] → [`method`]
+//! > ([`diffusion`], or spreading with a [`psf`]) → composite
 //!
 //! This crate holds types, formulas and settings. It does no input or output, starts no threads and
 //! knows no GPU; `pullfocus-cpu` (and a GPU twin beside it) do the work, and both take the same
@@ -18,8 +18,11 @@ pub mod diffusion;
 pub mod error;
 pub mod frame;
 pub mod layers;
+pub mod method;
 pub mod picture;
 pub mod plane;
+pub mod psf;
+pub mod pyramid;
 pub mod report;
 pub mod response;
 pub mod scene;
@@ -37,6 +40,7 @@ pub use diffusion::{Diffusion, Integrator, Solver};
 pub use error::{Error, Result};
 pub use frame::{Frame, Window};
 pub use layers::Layering;
+pub use method::{Method, Psf, Quality};
 pub use picture::Picture;
 pub use plane::Plane;
 pub use report::Report;

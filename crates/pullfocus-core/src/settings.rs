@@ -4,6 +4,7 @@ use crate::coc::CocSettings;
 use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
 use crate::layers::Layering;
+use crate::method::{Method, Psf, Quality};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a render; the same for every backend.
@@ -14,7 +15,13 @@ pub struct Settings {
     pub coc: CocSettings,
     /// Which layers the picture is taken apart into.
     pub layering: Layering,
-    /// How a layer is blurred.
+    /// Which method blurs a layer.
+    pub method: Method,
+    /// The shape of a point of light, where the method has a choice.
+    pub psf: Psf,
+    /// How finely the pyramid draws.
+    pub quality: Quality,
+    /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Mend anti-aliased depth before it is used.
     pub repair_depth: bool,
@@ -61,10 +68,11 @@ impl Settings {
     /// Refuses values outside their ranges.
     ///
     /// # Errors
-    /// [`crate::Error::Setting`].
+    /// [`crate::Error::Setting`]; [`crate::Error::Unsupported`] for a PSF that the method does not have.
     pub fn check(&self) -> Result<()> {
         self.coc.check()?;
         self.layering.check()?;
+        self.psf.check(self.method)?;
         self.diffusion.check()
     }
 }

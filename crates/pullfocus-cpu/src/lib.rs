@@ -1,4 +1,4 @@
-//! The CPU pipeline: image + depth + camera → circle of confusion → layers → diffusion → composite.
+//! The CPU pipeline: image + depth + camera → circle of confusion → layers → method → composite.
 //!
 //! Work runs on the rayon pool in which it is called: inside `ThreadPool::install` that is the caller's own.
 //! Results are the same bytes for any number of threads.
@@ -10,6 +10,7 @@ mod layers;
 mod pipeline;
 mod pool;
 mod rows;
+pub mod spreading;
 mod wide;
 mod work;
 

@@ -2,8 +2,11 @@
 
 use crate::diffusion::{Conductivity, DiffusionBuffers, Medium, diffuse};
 use crate::pool::PlanePool;
+use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
-use pullfocus_core::{Cancel, Diffusion, Frame, Integrator, Plane, Report, Result, Settings, Solver};
+use pullfocus_core::{
+    Cancel, Diffusion, Frame, Integrator, Method, Plane, Psf, Quality, Report, Result, Settings, Solver,
+};
 use std::time::Instant;
 
 /// Memory that stays from frame to frame.
@@ -13,11 +16,19 @@ pub struct Memory {
     pub planes: PlanePool,
     /// The solvers' scratch.
     pub diffusion: DiffusionBuffers,
+    /// The spreading methods' sums.
+    pub spreading: SpreadBuffers,
 }
 
 /// One render's surroundings: settings, memory, the caller's wish to stop.
 pub struct Work<'a> {
-    /// How a layer is blurred.
+    /// Which method blurs a layer.
+    pub method: Method,
+    /// The shape of a point, where the method has a choice.
+    pub psf: Psf,
+    /// How finely the pyramid draws.
+    pub quality: Quality,
+    /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Pixels of height for one pixel of width.
     pub vertical_scale: f32,
@@ -48,6 +59,9 @@ impl<'a> Work<'a> {
         report: &'a mut Report,
     ) -> Self {
         Self {
+            method: settings.method,
+            psf: settings.psf,
+            quality: settings.quality,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,
@@ -58,11 +72,23 @@ impl<'a> Work<'a> {
     }
 
     /// Blurs planes by the circle of confusion `circle` (its sign does not matter) with the method of the
-    /// settings. Small negative lobes do not bring a plane below 0, nor below its own least value.
+    /// settings; `gamma` says how much a pixel's own value counts. Small negative lobes do not bring a plane below 0, nor
+    /// below its own least value.
     pub fn blur(&mut self, planes: &mut [&mut Plane], circle: &Plane, gamma: Option<&Plane>) -> Result<()> {
-        let conductivity = Conductivity::Circle(circle);
-        let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
-        diffuse(planes, &medium, &self.diffusion, true, &mut self.memory.diffusion, self.cancel)
+        let vertical_scale = self.vertical_scale;
+        if self.method == Method::Diffusion {
+            let medium = Medium { conductivity: Conductivity::Circle(circle), gamma, vertical_scale };
+            return diffuse(planes, &medium, &self.diffusion, true, &mut self.memory.diffusion, self.cancel);
+        }
+        let spreading = Spread {
+            method: self.method,
+            psf: self.psf,
+            quality: self.quality,
+            circle,
+            gamma,
+            vertical_scale,
+        };
+        spread(planes, &spreading, &mut self.memory.spreading, self.cancel)
     }
 
     /// Fills planes from where `gamma` is, as far as a circle of `diameter` pixels reaches and, where nothing

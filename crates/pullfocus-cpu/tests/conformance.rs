@@ -1,9 +1,9 @@
 //! The CPU passes what every backend has to pass.
 
-use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
+use pullfocus_core::{Camera, Cancel, Diffusion, Method, Plane, Report, Result, Scene, Settings};
 use pullfocus_cpu::Renderer;
 use pullfocus_cpu::diffusion::{Conductivity, DiffusionBuffers, Medium, diffuse};
-use pullfocus_testkit::conformance;
+use pullfocus_testkit::conformance::{self, RenderSubject};
 
 /// The diffusion with its buffers, kept from call to call.
 fn diffuser() -> impl FnMut(&mut [Plane], conformance::Medium<'_>, &Diffusion, &Cancel) -> Result<()> + Send {
@@ -19,13 +19,25 @@ fn diffuser() -> impl FnMut(&mut [Plane], conformance::Medium<'_>, &Diffusion, &
     }
 }
 
-/// The whole pipeline with its buffers.
-fn renderer() -> impl FnMut(&mut Scene, Option<&Camera>, &Settings, &Cancel) -> Result<Report> + Send {
-    let mut renderer = Renderer::new();
-    move |scene: &mut Scene, camera: Option<&Camera>, settings: &Settings, cancel: &Cancel| {
-        renderer.render(scene, camera, settings, cancel)
+/// The whole pipeline with its buffers, and every method.
+#[derive(Default)]
+struct Whole(Renderer);
+
+impl RenderSubject for Whole {
+    fn methods(&self) -> &'static [Method] {
+        &Method::ALL
+    }
+
+    fn render(
+        &mut self,
+        scene: &mut Scene,
+        camera: Option<&Camera>,
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Result<Report> {
+        self.0.render(scene, camera, settings, cancel)
     }
 }
 
 pullfocus_testkit::diffusion_conformance!(diffuser());
-pullfocus_testkit::render_conformance!(renderer());
+pullfocus_testkit::render_conformance!(Whole::default());

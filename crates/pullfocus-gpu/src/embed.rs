@@ -140,6 +140,7 @@ impl Context {
     ) -> Result<()> {
         let FrameSettings { frame, camera, settings } = *frame;
         settings.check()?;
+        settings.method.expect_diffusion()?;
         let size = buffers.size;
         if frame.data.size != size {
             return Err(mismatch("the frame's data window", frame.data.size, size));

@@ -311,6 +311,7 @@ impl Host {
         cancel: &Cancel,
     ) -> Result<Report> {
         settings.check()?;
+        settings.method.expect_diffusion()?;
         scene.check()?;
         cancel.check()?;
         let size = scene.frame.data.size;

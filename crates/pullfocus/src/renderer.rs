@@ -116,8 +116,8 @@ impl Renderer {
     ///
     /// Colours that are no numbers have a stated rule: NaN becomes 0, infinity the largest half, 65504.
     ///
-    /// A renderer of [`Device::Auto`] renders on the CPU what its GPU has no room for, and everything once the GPU
-    /// is lost; [`Renderer::fell_back`] says so.
+    /// A renderer of [`Device::Auto`] renders on the CPU what its GPU has no room for or no method, and everything once the
+    /// GPU is lost; [`Renderer::fell_back`] says so.
     ///
     /// # Errors
     /// Any [`Error`]; the picture is then unspecified, but whole. On the CPU [`Error::Cancelled`] comes within 50 ms
@@ -171,7 +171,13 @@ impl Renderer {
 
 /// Whether another device may do what this one could not.
 fn is_devices(error: &Error) -> bool {
-    matches!(error, Error::DeviceLimit { .. } | Error::OutOfMemory { .. } | Error::DeviceLost { .. })
+    matches!(
+        error,
+        Error::DeviceLimit { .. }
+            | Error::OutOfMemory { .. }
+            | Error::DeviceLost { .. }
+            | Error::Unsupported { .. }
+    )
 }
 
 #[cfg(feature = "gpu")]
@@ -317,15 +323,21 @@ mod tests {
         Error::OutOfMemory { what: "a plane", size: SIZE, bytes: 9 }
     }
 
+    fn no_method() -> Error {
+        pullfocus_core::Method::Naive.expect_diffusion().unwrap_err()
+    }
+
     fn lost() -> Error {
         Error::DeviceLost { device: "Fake 1".into(), reason: "unplugged".into() }
     }
 
     #[test]
-    fn what_the_gpu_has_no_room_for_is_rendered_on_the_cpu() {
+    fn what_the_gpu_cannot_do_is_rendered_on_the_cpu() {
         let by_cpu = rendered(&mut Renderer::new()).unwrap();
         assert_ne!(by_cpu, painted());
-        for (error, word) in [(no_room(), "allows 8"), (no_memory(), "memory")] {
+        for (error, word) in
+            [(no_room(), "allows 8"), (no_memory(), "memory"), (no_method(), "diffusion only")]
+        {
             let mut renderer = on_fake(Some(error), true);
             assert_eq!(rendered(&mut renderer).unwrap(), by_cpu);
             let told = renderer.fell_back().unwrap();
@@ -351,7 +363,7 @@ mod tests {
 
     #[test]
     fn a_gpu_that_was_asked_for_does_not_fall_back() {
-        for error in [no_room(), no_memory(), lost()] {
+        for error in [no_room(), no_memory(), no_method(), lost()] {
             let mut renderer = on_fake(Some(error.clone()), false);
             assert_eq!(rendered(&mut renderer), Err(error));
             assert!(renderer.is_gpu() && renderer.fell_back().is_none());

@@ -8,8 +8,8 @@ use crate::values::BenchSize;
 use pullfocus::Renderer;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    Cancel, CocSettings, Diffusion, Distance, Element, Frame, Integrator, Layering, Picture, Plane, Preset,
-    Scene, Settings, Size,
+    Cancel, Diffusion, Distance, Element, Frame, Integrator, Layering, Picture, Plane, Preset, Scene,
+    Settings, Size,
 };
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -98,8 +98,7 @@ fn cases() -> [(&'static str, Settings, &'static [f32]); 5] {
     let single = |integrator| Settings {
         layering: Layering::Single,
         diffusion: Diffusion { integrator, ..Diffusion::default() },
-        coc: CocSettings::default(),
-        repair_depth: false,
+        ..Settings::default()
     };
     [
         ("single, backward Euler", single(Integrator::BackwardEuler { steps: 1 }), &[5.0, 50.0, 500.0]),

@@ -24,6 +24,9 @@
 //! | Jacobi, few sweeps | yes | no | yes with backward Euler | yes |
 //! | layers (background, general) | yes | no: they are blended or composited | backward Euler | yes |
 //! | foreground with behind | yes (same colour on both) | the foreground's coverage | backward Euler | yes |
+//! | naive, square, pyramid, before the division by the weight | no | yes | no | yes |
+//! | gather, before the division | yes, away from borders | no | yes, away from borders | yes |
+//! | every spreading method, divided | yes, to the bit | no | yes | yes |
 
 mod compare;
 pub mod diffusion;
@@ -31,7 +34,7 @@ pub mod render;
 
 pub use compare::compare_pictures;
 
-use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
+use pullfocus_core::{Camera, Cancel, Diffusion, Method, Plane, Report, Result, Scene, Settings};
 
 /// What one diffusion gets beside its planes.
 #[derive(Debug, Clone, Copy)]
@@ -83,6 +86,11 @@ where
 
 /// A backend's whole pipeline.
 pub trait RenderSubject {
+    /// The methods that it has; the checks run with each of them. Diffusion alone, if a backend says nothing.
+    fn methods(&self) -> &'static [Method] {
+        &[Method::Diffusion]
+    }
+
     /// Replaces `scene.base.picture` by the picture through the lens.
     ///
     /// # Errors

@@ -1,8 +1,9 @@
-//! The diffusion method and the papers' layers in f64.
+//! The methods and the papers' layers in f64.
 
 pub mod diffusion;
 pub mod layers;
 pub mod line;
+pub mod spreading;
 
 pub use diffusion::{diffuse, links};
 pub use line::Line;
