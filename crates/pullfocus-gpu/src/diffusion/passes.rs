@@ -7,7 +7,7 @@ use pullfocus_core::diffusion::{HYBRID_REST, JACOBI_MOST_SWEEPS, JacobiStop, Sol
 use pullfocus_core::{Error, Result};
 
 uniform! {
-    /// See `setup.wgsl` and `emit.wgsl`.
+    /// See `system_params.wgsl`.
     SystemParams {
         unknowns: u32,
         lines: u32,
@@ -152,7 +152,7 @@ pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, solver: Solver
 
 fn emit(recorder: &mut Recorder<'_>, pass: &Pass<'_>, solutions: &[wgpu::Buffer]) -> Result<()> {
     let mut parts = pass.common();
-    parts.push(part!("diffusion/terms"));
+    parts.extend([part!("diffusion/terms"), part!("diffusion/system_params")]);
     parts.push(if pass.round() { part!("diffusion/fields_4") } else { part!("diffusion/fields_1") });
     parts.push(match (pass.round(), pass.axis.columns) {
         (false, _) => part!("diffusion/result_separable"),
@@ -175,7 +175,7 @@ impl System<'_, '_> {
         let pass = self.pass;
         let columns_of_round = pass.round() && pass.axis.columns;
         let mut parts = pass.common();
-        parts.push(part!("diffusion/terms"));
+        parts.extend([part!("diffusion/terms"), part!("diffusion/system_params")]);
         parts.push(if columns_of_round { part!("diffusion/fields_4") } else { part!("diffusion/fields_1") });
         parts.push(if columns_of_round {
             part!("diffusion/right_round_columns")

@@ -1,18 +1,5 @@
 // From the terms' solutions to the picture.
 
-struct Params {
-    unknowns: u32,
-    lines: u32,
-    along: u32,
-    across: u32,
-    diameter: f32,
-    term: u32,
-    least_at: u32,
-    unused: u32,
-    terms: array<Term, 2>,
-}
-
-@group(0) @binding(0) var<uniform> p: Params;
 @group(0) @binding(3) var<storage, read_write> least: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read> solution_0: array<Val>;
 @group(0) @binding(9) var<storage, read> solution_1: array<Val>;

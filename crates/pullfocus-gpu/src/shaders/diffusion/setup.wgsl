@@ -1,18 +1,5 @@
 // From the picture to the systems of one term.
 
-struct Params {
-    unknowns: u32,
-    lines: u32,
-    along: u32,
-    across: u32,
-    diameter: f32,
-    term: u32,
-    least_at: u32,
-    unused: u32,
-    terms: array<Term, 2>,
-}
-
-@group(0) @binding(0) var<uniform> p: Params;
 @group(0) @binding(1) var<storage, read> circle: array<f32>;
 @group(0) @binding(2) var<storage, read> gamma: array<f32>;
 @group(0) @binding(8) var<storage, read_write> rows: array<Row>;
