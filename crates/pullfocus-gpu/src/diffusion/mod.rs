@@ -104,12 +104,13 @@ impl Pass<'_> {
         self.scheme.shape == Shape::Round
     }
 
+    /// Whether its systems are complex.
+    fn complex(&self) -> bool {
+        self.scheme.shape != Shape::Real
+    }
+
     fn number(&self) -> Part {
-        if self.scheme.shape == Shape::Real {
-            part!("diffusion/number_real")
-        } else {
-            part!("diffusion/number_complex")
-        }
+        if self.complex() { part!("diffusion/number_complex") } else { part!("diffusion/number_real") }
     }
 
     fn storage_part(&self, lanes: u32) -> Part {
@@ -174,7 +175,7 @@ pub struct How<'a> {
 /// # Errors
 /// [`pullfocus_core::Error::Setting`], [`pullfocus_core::Error::DeviceLimit`],
 /// [`pullfocus_core::Error::OutOfMemory`]; a host's [`pullfocus_core::Error::Cancelled`];
-/// [`pullfocus_core::Error::Unsupported`] for Jacobi with a tolerance in a caller's encoder.
+/// [`pullfocus_core::Error::Unsupported`] for Jacobi with a tolerance in a caller's encoder, which looks at its results.
 pub fn diffuse(
     recorder: &mut Recorder<'_>,
     size: Size,

@@ -129,14 +129,13 @@ impl Need {
 /// [`pullfocus_core::Error::DeviceLimit`], [`pullfocus_core::Error::OutOfMemory`].
 pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, tuning: &Tuning) -> Result<()> {
     let axis = pass.axis;
-    let complex = pass.scheme.terms.iter().any(|term| term.sigma[1] != 0.0);
     let pixel = crate::planes::Group::pixel_bytes(pass.group.planes, pass.group.storage) as u32;
     let need = |halves: u32| Need {
         unknowns: axis.unknowns,
         columns: axis.columns,
         halves,
         lanes: pass.group.planes / halves,
-        complex,
+        complex: pass.complex(),
         memory_bytes: pixel / halves,
     };
     let limits = recorder.context.limits();

@@ -3,8 +3,8 @@
 use super::{Pass, TermUniform, lanes_part, limits_part, terms};
 use crate::recorder::Recorder;
 use crate::shader::{Constant, Part, Spec, part, uniform};
+use pullfocus_core::Result;
 use pullfocus_core::diffusion::{HYBRID_REST, JACOBI_MOST_SWEEPS, JacobiStop, Solver};
-use pullfocus_core::{Error, Result};
 
 uniform! {
     /// See `system_params.wgsl`.
@@ -71,10 +71,6 @@ impl Pass<'_> {
         u64::from(self.group.planes) * if self.complex() { 8 } else { 4 }
     }
 
-    fn complex(&self) -> bool {
-        self.scheme.terms.iter().any(|term| term.sigma[1] != 0.0)
-    }
-
     fn area(&self) -> u64 {
         self.size.area() as u64
     }
@@ -123,7 +119,7 @@ pub(super) fn in_two_dimensions(count: u32) -> [u32; 3] {
 /// Solves all lines of a pass, term by term.
 ///
 /// # Errors
-/// [`Error::DeviceLimit`], [`Error::OutOfMemory`], [`Error::Cancelled`], [`Error::Unsupported`].
+/// As [`super::diffuse`].
 pub(super) fn solve(recorder: &mut Recorder<'_>, pass: &Pass<'_>, solver: Solver) -> Result<()> {
     // A pyramid has fewer than twice its base.
     let room = match solver {
@@ -277,12 +273,6 @@ impl System<'_, '_> {
             JacobiStop::Sweeps(sweeps) => (sweeps, None),
             JacobiStop::Tolerance(tolerance) => (JACOBI_MOST_SWEEPS, Some(tolerance)),
         };
-        if tolerance.is_some() && !recorder.is_host() {
-            return Err(Error::Unsupported {
-                what: "Jacobi with a tolerance in an encoder of the caller's",
-                reason: "it looks at results between sweeps; give a number of sweeps",
-            });
-        }
         let mut parts = pass.common();
         parts.push(part!("diffusion/jacobi"));
         let spec = Spec::new(&parts, &[]);

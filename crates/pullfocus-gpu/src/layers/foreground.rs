@@ -10,7 +10,7 @@ use pullfocus_core::Result;
 use pullfocus_core::layers::fill::{finest_step, grid_size};
 
 uniform! {
-    /// See `believed.wgsl` and `extend.wgsl`.
+    /// See `element.wgsl`.
     ExtendParams {
         width: u32,
         height: u32,
@@ -64,12 +64,13 @@ fn extend(
     };
     let [lane, px] = group.parts();
     let cells = Group::take(work.recorder, grid, 4, Storage::Full)?;
-    let believed = Spec::new(&[lane, px, part!("layers/believed")], &[]);
+    let believed = Spec::new(&[lane, px, part!("layers/element"), part!("layers/believed")], &[]);
     let buffers = [&group.buffer, coc, behind, &cells.buffer];
     work.recorder.run(&believed, &params, &buffers, workgroups(grid))?;
     let filled = fill(work, grid, vec![cells])?;
     let circle = work.recorder.take_plane(size)?;
-    let extend = Spec::new(&[lane, px, part!("layers/enlarge"), part!("layers/extend")], &[]);
+    let extend =
+        Spec::new(&[lane, px, part!("layers/element"), part!("layers/enlarge"), part!("layers/extend")], &[]);
     let buffers = [&group.buffer, coc, behind, &filled[0].buffer, &circle];
     work.recorder.run(&extend, &params, &buffers, workgroups(size))?;
     work.recorder.give(filled.into_iter().map(|group| group.buffer));

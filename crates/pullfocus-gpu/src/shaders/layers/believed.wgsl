@@ -1,20 +1,6 @@
 // A foreground's diameters where its depth can be believed: weighted by alpha, in front of what is behind. Means over the
 // cells of the finest grid; the border's pixels stand in for those beyond.
 
-struct Params {
-    width: u32,
-    height: u32,
-    grid_width: u32,
-    grid_height: u32,
-    step: u32,
-    // Which of the group's planes is alpha.
-    alpha: u32,
-}
-
-@group(0) @binding(0) var<uniform> p: Params;
-@group(0) @binding(1) var<storage, read> element: array<Px>;
-@group(0) @binding(2) var<storage, read> coc: array<f32>;
-@group(0) @binding(3) var<storage, read> behind: array<f32>;
 @group(0) @binding(4) var<storage, read_write> cells: array<vec4f>;
 
 @compute @workgroup_size(64, 4)

@@ -1,18 +1,5 @@
 // A foreground's absolute diameters: its own where they can be believed, carried on from there where not.
 
-struct Params {
-    width: u32,
-    height: u32,
-    grid_width: u32,
-    grid_height: u32,
-    step: u32,
-    alpha: u32,
-}
-
-@group(0) @binding(0) var<uniform> p: Params;
-@group(0) @binding(1) var<storage, read> element: array<Px>;
-@group(0) @binding(2) var<storage, read> coc: array<f32>;
-@group(0) @binding(3) var<storage, read> behind: array<f32>;
 @group(0) @binding(4) var<storage, read> cells: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> circle: array<f32>;
 
