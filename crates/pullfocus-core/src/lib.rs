@@ -10,6 +10,7 @@
 //! settings. Units are stated at every field: distances in metres, focal length and sensor in
 //! millimetres, circles of confusion as a **signed diameter in pixels, positive behind focus**.
 
+pub mod aperture;
 pub mod camera;
 pub mod cancel;
 pub mod coc;
@@ -32,6 +33,7 @@ pub mod size;
 pub mod split;
 pub mod srgb;
 
+pub use aperture::{Aperture, ApertureShape};
 pub use camera::{Camera, Lens};
 pub use cancel::Cancel;
 pub use coc::{CocFormula, CocSettings};

@@ -60,49 +60,28 @@ pub enum Quality {
 }
 
 /// The point spread function of [`Method::Naive`] and [`Method::Gather`]: the shape of a point of light whose circle of
-/// confusion has the diameter c. Each has the variance of a uniform disc of diameter c along each axis, c^2 / 16.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+/// confusion has the diameter c.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Psf {
-    /// A Gaussian of standard deviation c / 4 ([`crate::psf::discrete_gaussian`]), cut at four deviations and a pixel.
+    /// A Gaussian of standard deviation c / 4, a disc's ([`crate::psf::discrete_gaussian`]), cut at four deviations and a pixel.
     #[default]
     Gaussian,
-    /// A uniform disc of diameter c; its rim falls to 0 over one pixel.
-    Disc,
-    /// A uniform regular polygon, the image of an iris, with the same rim.
-    Blades {
-        /// Number of corners, [`LEAST_BLADES`] to [`MOST_BLADES`].
-        count: u32,
-        /// The first corner's direction in degrees from the right, clockwise in the picture.
-        rotation_degrees: f64,
-    },
+    /// The aperture ([`crate::Aperture`]), evenly bright; its rim falls to 0 over one pixel.
+    Aperture,
 }
 
-/// A triangle is the least polygon.
-pub const LEAST_BLADES: u32 = 3;
-/// Beyond this a polygon is a disc.
-pub const MOST_BLADES: u32 = 32;
-
 impl Psf {
-    /// Refuses values outside their ranges, and shapes that `method` does not have.
+    /// Refuses shapes that `method` does not have.
     ///
     /// # Errors
-    /// [`Error::Setting`], [`Error::Unsupported`].
+    /// [`Error::Unsupported`].
     pub fn check(self, method: Method) -> Result<()> {
         if self != Self::Gaussian && !method.has_psf() {
             return Err(Error::Unsupported {
                 what: "a psf other than Gaussian",
                 reason: "only the methods naive and gather have a choice of psf; pyramid is Gaussian, square a square",
             });
-        }
-        let Self::Blades { count, rotation_degrees } = self else { return Ok(()) };
-        if !(LEAST_BLADES..=MOST_BLADES).contains(&count) {
-            let value = f64::from(count);
-            return Err(Error::Setting { name: "blades", value, reason: "must lie between 3 and 32" });
-        }
-        if !rotation_degrees.is_finite() {
-            let name = "rotation of the blades";
-            return Err(Error::Setting { name, value: rotation_degrees, reason: "must be a number" });
         }
         Ok(())
     }
@@ -116,14 +95,8 @@ mod tests {
     fn a_psf_needs_a_method_that_has_one() {
         for method in Method::ALL {
             assert_eq!(Psf::Gaussian.check(method), Ok(()));
-            assert_eq!(Psf::Disc.check(method).is_ok(), method.has_psf(), "{method:?}");
+            assert_eq!(Psf::Aperture.check(method).is_ok(), method.has_psf(), "{method:?}");
         }
-        for (count, fits) in [(2, false), (3, true), (32, true), (33, false)] {
-            let blades = Psf::Blades { count, rotation_degrees: 10.0 };
-            assert_eq!(blades.check(Method::Naive).is_ok(), fits, "{count}");
-        }
-        let odd = Psf::Blades { count: 5, rotation_degrees: f64::NAN };
-        assert!(matches!(odd.check(Method::Gather), Err(Error::Setting { .. })));
     }
 
     #[test]

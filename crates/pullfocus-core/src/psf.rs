@@ -79,25 +79,6 @@ pub fn extended_box(variance: f64) -> (u32, f64) {
     (k as u32, f.clamp(0.0, 1.0))
 }
 
-/// The distance from the middle to each side of a regular polygon of `count` corners, in parts of the diameter of the disc
-/// whose variance it has. (Its corners lie at R with `R^2 (2 + cos(2 pi / n)) / 12 = c^2 / 16`.)
-pub fn apothem(count: u32) -> f64 {
-    let angle = std::f64::consts::PI / f64::from(count);
-    0.5 * (3.0 / (2.0 + (2.0 * angle).cos())).sqrt() * angle.cos()
-}
-
-/// The directions in which the sides of a regular polygon lie: unit vectors (right, down), for corners turned by
-/// `rotation_degrees`.
-pub fn sides(count: u32, rotation_degrees: f64) -> Vec<[f32; 2]> {
-    let step = std::f64::consts::TAU / f64::from(count);
-    (0..count)
-        .map(|i| {
-            let angle = rotation_degrees.to_radians() + (f64::from(i) + 0.5) * step;
-            [angle.cos() as f32, angle.sin() as f32]
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,24 +118,6 @@ mod tests {
         assert_eq!(extended_box(0.0), (1, 0.0));
         let (k, f) = extended_box(variance(1000.0));
         assert!((2.0 * (f64::from(k) + f) - 1.0 - 1000.0 * 0.75f64.sqrt()).abs() < 1e-2);
-    }
-
-    #[test]
-    fn polygons_have_the_disc_s_variance() {
-        for count in [3, 5, 6, 32] {
-            // Summed over a grid of 400 points across.
-            let (apothem, sides) = (apothem(count), sides(count, 12.0));
-            let (mut area, mut moment) = (0.0, 0.0);
-            for i in 0..400 * 400 {
-                let [x, y] = [i % 400, i / 400].map(|k| (f64::from(k) - 199.5) / 200.0);
-                if sides.iter().all(|n| f64::from(n[0]) * x + f64::from(n[1]) * y <= apothem) {
-                    area += 1.0;
-                    moment += x * x;
-                }
-            }
-            // The grid's own roughness.
-            assert!((moment / area * 16.0 - 1.0).abs() < 5e-3, "{count}: {}", moment / area);
-        }
     }
 
     #[test]

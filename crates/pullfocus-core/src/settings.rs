@@ -1,5 +1,6 @@
 //! Everything that a user can choose about a blur, beside the camera.
 
+use crate::aperture::Aperture;
 use crate::coc::CocSettings;
 use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
@@ -19,6 +20,8 @@ pub struct Settings {
     pub method: Method,
     /// The shape of a point of light, where the method has a choice.
     pub psf: Psf,
+    /// The lens's aperture, where a method has its shape.
+    pub aperture: Aperture,
     /// How finely the pyramid draws.
     pub quality: Quality,
     /// How diffusion blurs a layer.
@@ -73,6 +76,7 @@ impl Settings {
         self.coc.check()?;
         self.layering.check()?;
         self.psf.check(self.method)?;
+        self.aperture.check()?;
         self.diffusion.check()
     }
 }

@@ -5,7 +5,8 @@ use crate::pool::PlanePool;
 use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
-    Cancel, Diffusion, Frame, Integrator, Method, Plane, Psf, Quality, Report, Result, Settings, Solver,
+    Aperture, Cancel, Diffusion, Frame, Integrator, Method, Plane, Psf, Quality, Report, Result, Settings,
+    Solver,
 };
 use std::time::Instant;
 
@@ -26,6 +27,8 @@ pub struct Work<'a> {
     pub method: Method,
     /// The shape of a point, where the method has a choice.
     pub psf: Psf,
+    /// The aperture's shape, where it is spread.
+    pub aperture: &'a Aperture,
     /// How finely the pyramid draws.
     pub quality: Quality,
     /// How diffusion blurs a layer.
@@ -53,7 +56,7 @@ impl<'a> Work<'a> {
     /// The surroundings of a render of `frame`.
     pub fn new(
         frame: &Frame,
-        settings: &Settings,
+        settings: &'a Settings,
         cancel: &'a Cancel,
         memory: &'a mut Memory,
         report: &'a mut Report,
@@ -61,6 +64,7 @@ impl<'a> Work<'a> {
         Self {
             method: settings.method,
             psf: settings.psf,
+            aperture: &settings.aperture,
             quality: settings.quality,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
@@ -83,6 +87,7 @@ impl<'a> Work<'a> {
         let spreading = Spread {
             method: self.method,
             psf: self.psf,
+            aperture: self.aperture,
             quality: self.quality,
             circle,
             gamma,

@@ -4,7 +4,7 @@
 //! footprint reaches it; to gather, its own pixels, and with them the rows of the picture. Each sum is added up in
 //! the order of the picture's rows, whoever does it.
 
-use super::footprint::{Footprints, Scratch};
+use super::footprint::{Footprints, Point, Scratch};
 use super::{Spread, at_least};
 use crate::wide;
 use pullfocus_core::{Cancel, Method, Plane, Result};
@@ -91,17 +91,17 @@ impl Band<'_, '_> {
                 if sx % PIXELS == 0 {
                     self.cancel.check()?;
                 }
-                let diameter = self.spread.diameter(sx, sy);
-                let reach = self.footprints.rows(diameter);
+                let point = Point::of(self.spread, sx, sy);
+                let reach = self.footprints.rows(point.diameter);
                 if near.abs_diff(sy) > reach {
                     continue;
                 }
-                self.footprints.begin(diameter, &mut scratch);
+                self.footprints.begin(point.diameter, &mut scratch);
                 let gamma = self.spread.gamma.map_or(1.0, |gamma| at_least(gamma.at(sx, sy)));
                 let from = sy.saturating_sub(reach).max(self.rows.start);
                 for dy in from..(sy + reach + 1).min(self.rows.end) {
                     let offset = dy as isize - sy as isize;
-                    let row = self.footprints.row((sx, sy), diameter, offset, &mut scratch);
+                    let row = self.footprints.row(point, offset, &mut scratch);
                     let Some((first, weights, factor)) = row else { continue };
                     let Some((at, weights)) = within(sx, first, weights, width) else { continue };
                     let at = (dy - self.rows.start) * width + at;
@@ -133,13 +133,13 @@ impl Band<'_, '_> {
                 if x % PIXELS == 0 {
                     self.cancel.check()?;
                 }
-                let diameter = self.spread.diameter(x, y);
-                let reach = self.footprints.rows(diameter);
-                self.footprints.begin(diameter, &mut scratch);
+                let point = Point::of(self.spread, x, y);
+                let reach = self.footprints.rows(point.diameter);
+                self.footprints.begin(point.diameter, &mut scratch);
                 sums.fill(0.0);
                 for sy in y.saturating_sub(reach)..(y + reach + 1).min(height) {
                     let offset = sy as isize - y as isize;
-                    let row = self.footprints.row((x, y), diameter, offset, &mut scratch);
+                    let row = self.footprints.row(point, offset, &mut scratch);
                     let Some((first, weights, factor)) = row else { continue };
                     let Some((from, weights)) = within(x, first, weights, width) else { continue };
                     let Some((last, colors)) = sums.split_last_mut() else { continue };

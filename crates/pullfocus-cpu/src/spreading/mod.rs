@@ -25,7 +25,7 @@ mod tests;
 
 use crate::rows::{fold_rows, for_each_row};
 use pullfocus_core::scheme::LEAST_GAMMA;
-use pullfocus_core::{Cancel, Error, Method, Plane, Psf, Quality, Result, Size};
+use pullfocus_core::{Aperture, Cancel, Error, Method, Plane, Psf, Quality, Result, Size};
 
 /// Which spreading, and what it spreads over.
 #[derive(Debug, Clone, Copy)]
@@ -34,9 +34,12 @@ pub struct Spread<'a> {
     pub method: Method,
     /// The shape, where the method has a choice.
     pub psf: Psf,
+    /// The aperture's shape, where it is spread.
+    pub aperture: &'a Aperture,
     /// How finely the pyramid draws.
     pub quality: Quality,
-    /// Diameters of the circle of confusion in pixels of width, of either sign.
+    /// Diameters of the circle of confusion in pixels of width; where they are negative, in front of focus, the aperture is
+    /// turned by half a turn.
     pub circle: &'a Plane,
     /// Weight with which a pixel is spread, 0 or more; 1 everywhere if there is none. Values below 1e-15, NaN included,
     /// count as 1e-15.
@@ -92,6 +95,7 @@ pub fn spread(
     cancel: &Cancel,
 ) -> Result<()> {
     spread.psf.check(spread.method)?;
+    spread.aperture.check()?;
     let size = spread.size();
     for plane in planes.iter() {
         plane.expect_size("a plane to spread", size)?;

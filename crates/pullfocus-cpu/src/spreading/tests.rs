@@ -1,28 +1,40 @@
 //! The spreading methods against their f64 references, and what each keeps.
 
 use super::*;
+use pullfocus_core::ApertureShape;
+use pullfocus_core::aperture::Mask;
 use pullfocus_testkit::reference::spreading::{Shape, Spreading, normalised};
 use pullfocus_testkit::{Grid, scenes};
 use std::time::Duration;
 
 const SIZE: Size = Size { width: 61, height: 43 };
 
-const SHAPES: [Psf; 4] = [
-    Psf::Gaussian,
-    Psf::Disc,
-    Psf::Blades { count: 5, rotation_degrees: 10.0 },
-    Psf::Blades { count: 8, rotation_degrees: 0.0 },
-];
-
-fn of<'a>(method: Method, psf: Psf, circle: &'a Plane, gamma: Option<&'a Plane>) -> Spread<'a> {
-    Spread { method, psf, quality: Quality::Standard, circle, gamma, vertical_scale: 1.0 }
+/// Apertures of every kind.
+fn apertures() -> Vec<Aperture> {
+    let ramp = (0..12).map(|i| if i == 3 { 0.0 } else { i as f32 }).collect();
+    let image = ApertureShape::Image(Mask::new(4, 3, ramp).unwrap());
+    vec![
+        Aperture::DISC,
+        Aperture::blades(5, 10.0),
+        Aperture { roundness: 0.3, squeeze: 1.7, ..Aperture::blades(8, 0.0) },
+        Aperture { squeeze: 0.6, ..Aperture::DISC },
+        Aperture { shape: image.clone(), ..Aperture::DISC },
+        Aperture { shape: image, rotation_degrees: 70.0, squeeze: 1.3, ..Aperture::DISC },
+    ]
 }
 
-/// Every method with every shape that it has.
+/// With a disc, where the method takes the aperture.
+fn of<'a>(method: Method, psf: Psf, circle: &'a Plane, gamma: Option<&'a Plane>) -> Spread<'a> {
+    let quality = Quality::Standard;
+    Spread { method, psf, aperture: &Aperture::DISC, quality, circle, gamma, vertical_scale: 1.0 }
+}
+
+/// Every method with every PSF that it has.
 fn all() -> impl Iterator<Item = (Method, Psf)> {
     let methods = Method::ALL.into_iter().filter(|method| *method != Method::Diffusion);
     methods.flat_map(|method| {
-        SHAPES.into_iter().filter(move |psf| psf.check(method).is_ok()).map(move |psf| (method, psf))
+        let psfs = [Psf::Gaussian, Psf::Aperture].into_iter();
+        psfs.filter(move |psf| psf.check(method).is_ok()).map(move |psf| (method, psf))
     })
 }
 
@@ -44,29 +56,39 @@ fn bits(plane: &Plane) -> Vec<u32> {
     plane.data().iter().map(|value| value.to_bits()).collect()
 }
 
-#[test]
-fn naive_and_gather_match_the_f64_reference() {
+/// Naive spreading and gathering beside their reference; the largest error, in parts of the values' range.
+fn brute_error(shape: Shape<'_>, vertical_scale: f32, gamma: Option<&Plane>) -> f64 {
     let circle =
         scenes::plane(SIZE, |x, y| if (x / 9 + y / 7) % 3 == 0 { 0.3 } else { 0.25 * x as f32 - 3.0 });
     let values = scenes::noise(SIZE, 0.0, 3.0, 4);
+    let (diameter, x) = (Grid::from_plane(&circle), Grid::from_plane(&values));
+    let reference = Spreading { shape, diameter: &diameter, vertical_scale: f64::from(vertical_scale) };
+    let weights = gamma.map(Grid::from_plane);
+    let spread = normalised(&x, weights.as_ref(), |values| reference.spread(values));
+    let gathered = normalised(&x, weights.as_ref(), |values| reference.gather(values));
+    let (psf, aperture) = match shape {
+        Shape::Aperture(aperture) => (Psf::Aperture, aperture),
+        _ => (Psf::Gaussian, &Aperture::DISC),
+    };
+    let error = |method, expected: &Grid| {
+        let spreading = Spread { vertical_scale, aperture, ..of(method, psf, &circle, gamma) };
+        expected.distance_to(&blurred(&values, &spreading)) / 3.0
+    };
+    error(Method::Naive, &spread).max(error(Method::Gather, &gathered))
+}
+
+#[test]
+fn naive_and_gather_match_the_f64_reference() {
     let matte = scenes::plane(SIZE, |x, y| (x.abs_diff(30) + y) as f32 / 60.0);
-    for psf in SHAPES {
+    let apertures = apertures();
+    let shapes: Vec<_> = [Shape::Gaussian].into_iter().chain(apertures.iter().map(Shape::Aperture)).collect();
+    for shape in shapes {
         for vertical_scale in [0.6, 1.0, 1.5] {
             for gamma in [None, Some(&matte)] {
-                let (diameter, x) = (Grid::from_plane(&circle), Grid::from_plane(&values));
-                let scale = f64::from(vertical_scale);
-                let reference =
-                    Spreading { shape: Shape::Psf(psf), diameter: &diameter, vertical_scale: scale };
-                let weights = gamma.map(Grid::from_plane);
-                let spread = normalised(&x, weights.as_ref(), |values| reference.spread(values));
-                let gathered = normalised(&x, weights.as_ref(), |values| reference.gather(values));
-                for (method, expected) in [(Method::Naive, spread), (Method::Gather, gathered)] {
-                    let spreading = Spread { vertical_scale, ..of(method, psf, &circle, gamma) };
-                    let error = expected.distance_to(&blurred(&values, &spreading)) / 3.0;
-                    // Gaussians are mixed from a table: 5e-4 of the peak for each axis. Others have f32's rounding.
-                    let least = if psf == Psf::Gaussian { 1e-3 } else { 2e-5 };
-                    assert!(error < least, "{method:?} {psf:?}, {vertical_scale}: {error:e}");
-                }
+                let error = brute_error(shape, vertical_scale, gamma);
+                // Gaussians are mixed from a table: 5e-4 of the peak for each axis. Others have f32's rounding.
+                let least = if shape == Shape::Gaussian { 1e-3 } else { 2e-5 };
+                assert!(error < least, "{shape:?}, {vertical_scale}: {error:e}");
             }
         }
     }
@@ -205,12 +227,15 @@ fn gathering_is_the_transpose_of_spreading() {
     let circle = scenes::ramp(SIZE, -4.0, 15.0);
     let (a, b) = (scenes::noise(SIZE, 0.0, 1.0, 1), scenes::noise(SIZE, 0.0, 1.0, 2));
     let product = |a: &Plane, b: &Plane| Grid::from_plane(a).zip(&Grid::from_plane(b), |a, b| a * b).sum();
-    for psf in SHAPES {
-        let [spread, _] = sums(&a, &of(Method::Naive, psf, &circle, None));
-        let [gathered, _] = sums(&b, &of(Method::Gather, psf, &circle, None));
+    let mut shapes = vec![(Psf::Gaussian, Aperture::DISC)];
+    shapes.extend(apertures().into_iter().map(|aperture| (Psf::Aperture, aperture)));
+    for (psf, aperture) in &shapes {
+        let spreading = |method| Spread { aperture, ..of(method, *psf, &circle, None) };
+        let [spread, _] = sums(&a, &spreading(Method::Naive));
+        let [gathered, _] = sums(&b, &spreading(Method::Gather));
         let (one, other) = (product(&spread, &b), product(&a, &gathered));
         // Sums of some thousand f32.
-        assert!((one / other - 1.0).abs() < 1e-5, "{psf:?}: {one} {other}");
+        assert!((one / other - 1.0).abs() < 1e-5, "{psf:?} {aperture:?}: {one} {other}");
     }
 }
 
