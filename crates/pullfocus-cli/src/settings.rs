@@ -359,7 +359,8 @@ mod tests {
         refused(&naive("aperture-roundness = 0.5"), "--aperture blades:N");
         refused(&naive("aperture = 'blades:6'\naperture-roundness = 1.5"), "between 0 and 1");
         refused(&naive("squeeze = 9"), "between 0.25 and 4");
-        refused(&naive("aperture = 'image:nowhere.png'"), "nowhere.png");
+        let lost = made(&naive("aperture = 'image:nowhere.png'")).unwrap_err();
+        assert!(lost.to_string().contains("nowhere.png"), "{lost}");
         refused("method = 'square'\nquality = 'fine'", "--method pyramid");
         refused("method = 'pyramid'\npsf = 'aperture'", "--method naive or gather");
         refused("front = -1", "--front");
