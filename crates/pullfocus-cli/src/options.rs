@@ -207,6 +207,8 @@ pub enum MethodName {
     Square,
     /// Every pixel spread over a Gaussian through a pyramid, at the same cost for every size of circle
     Pyramid,
+    /// Every pixel spread over the aperture's own shape (--aperture), at the same cost for every size of circle
+    Aperture,
 }
 
 /// The shape of a point of light.

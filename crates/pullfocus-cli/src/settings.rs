@@ -122,6 +122,7 @@ pub fn method_of(name: MethodName) -> Method {
         MethodName::Gather => Method::Gather,
         MethodName::Square => Method::Square,
         MethodName::Pyramid => Method::Pyramid,
+        MethodName::Aperture => Method::Aperture,
     }
 }
 
@@ -142,9 +143,10 @@ fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
         Some(PsfName::Aperture) => Psf::Aperture,
         Some(PsfName::Gaussian) | None => Psf::Gaussian,
     };
-    if let Some(option) = of_aperture(blur).filter(|_| psf != Psf::Aperture) {
+    let shaped = psf == Psf::Aperture || method == Method::Aperture;
+    if let Some(option) = of_aperture(blur).filter(|_| !shaped) {
         return Err(Failure::usage(format!(
-            "{option} needs a method that has the aperture's shape, such as --method naive --psf aperture"
+            "{option} needs a method that has the aperture's shape: --method aperture, or naive and gather with --psf aperture"
         )));
     }
     Ok((method, psf, quality))
@@ -353,7 +355,7 @@ mod tests {
         refused("method = 'naive'\nintegrator = 'disc'", "--integrator goes with --method diffusion");
         refused("method = 'gather'\nsolver = 'jacobi'\nsweeps = 9", "--solver goes with --method diffusion");
         refused("psf = 'aperture'", "--method naive or gather");
-        refused("aperture = 'blades:6'", "--psf aperture");
+        refused("method = 'pyramid'\naperture = 'blades:6'", "--method aperture");
         refused("method = 'naive'\nsqueeze = 2", "--psf aperture");
         let naive = |rest: &str| format!("method = 'naive'\npsf = 'aperture'\n{rest}");
         refused(&naive("aperture-roundness = 0.5"), "--aperture blades:N");

@@ -122,6 +122,11 @@ impl Split {
         fast_asinh(c / self.knee)
     }
 
+    /// Whether a layer lies in front of focus, with all that it has.
+    pub fn in_front(&self, layer: usize) -> bool {
+        self.cuts.get(layer).is_some_and(|cut| cut.at <= 0.0)
+    }
+
     /// What layer `layer` has to do with a pixel at position `u`.
     #[inline(always)]
     pub fn membership(&self, layer: usize, u: f32) -> Membership {

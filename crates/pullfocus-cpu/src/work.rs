@@ -75,8 +75,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Blurs planes by the circle of confusion `circle` (its sign does not matter) with the method of the
-    /// settings; `gamma` says how much a pixel's own value counts. Small negative lobes do not bring a plane below 0, nor
+    /// Blurs planes by the circle of confusion `circle` (its sign turns an aperture over, and matters nowhere else) with the
+    /// method of the settings; `gamma` says how much a pixel's own value counts. Small negative lobes do not bring a plane below 0, nor
     /// below its own least value.
     pub fn blur(&mut self, planes: &mut [&mut Plane], circle: &Plane, gamma: Option<&Plane>) -> Result<()> {
         let vertical_scale = self.vertical_scale;

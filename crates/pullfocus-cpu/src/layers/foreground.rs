@@ -75,7 +75,7 @@ impl Sources for Believed<'_> {
     }
 }
 
-/// Absolute diameters: the element's own where they can be believed, carried on from there where not.
+/// Diameters: the element's own where they can be believed, carried on from there where not, without their sign.
 fn extend(work: &mut Work<'_>, believed: &Believed<'_>) -> Result<Plane> {
     let size = believed.coc.size();
     let mut filled = fill(work, size, believed)?;
@@ -88,7 +88,7 @@ fn extend(work: &mut Work<'_>, believed: &Believed<'_>) -> Result<Plane> {
         let own = believed.coc.row(y).iter().zip(believed.behind.row(y));
         for ((circle, (&c, &behind)), &alpha) in row.iter_mut().zip(own).zip(believed.alpha.row(y)) {
             if alpha > 0.0 && c < behind {
-                *circle = c.abs();
+                *circle = c;
             }
         }
     })?;

@@ -350,11 +350,14 @@ impl Joint<'_> {
                 }
             }
         }
-        for (layer, out) in layers.iter().zip(out.chunks_exact_mut(count + 2)) {
+        for ((layer, out), filled) in layers.iter().zip(out.chunks_exact_mut(count + 2)).zip(self.filled) {
             out[count][x..x + n].copy_from_slice(&layer.coverage[..n]);
+            // What is hidden lies on its layer's side of focus.
+            let side = if self.split.in_front(filled.layer) { -1.0 } else { 1.0f32 };
             for (i, circle) in out[count + 1][x..x + n].iter_mut().enumerate() {
                 let own = layer.seen[i] * (1.0 - edge[i]);
-                *circle = layer.circle[i] + (c[i].abs() - layer.circle[i]) * own;
+                let size = layer.circle[i] + (c[i].abs() - layer.circle[i]) * own;
+                *circle = size.copysign(if own > 0.0 { c[i] } else { side });
             }
         }
     }

@@ -12,8 +12,10 @@ pub enum Shape<'a> {
     Gaussian,
     /// The square of square spreading.
     Square,
-    /// The aperture.
+    /// The aperture, its rim falling over a pixel.
     Aperture(&'a Aperture),
+    /// What of each pixel lies inside the rim of the aperture, which is no picture: the mean of 16 x 16 points.
+    Covered(&'a Aperture),
 }
 
 /// A picture's circles of confusion and what is spread over them.
@@ -129,7 +131,9 @@ struct Kernel<'a> {
 
 impl<'a> Kernel<'a> {
     fn new(shape: Shape<'a>) -> Self {
-        let Shape::Aperture(aperture) = shape else { return Self { shape, corners: 0.0, mask: None } };
+        let (Shape::Aperture(aperture) | Shape::Covered(aperture)) = shape else {
+            return Self { shape, corners: 0.0, mask: None };
+        };
         let (corners, mask) = match &aperture.shape {
             ApertureShape::Disc => (0.0, None),
             ApertureShape::Blades(count) => (corners(*count, aperture.roundness), None),
@@ -139,7 +143,7 @@ impl<'a> Kernel<'a> {
     }
 
     fn footprint(&self, diameter: f64, vertical_scale: f64) -> Vec<(isize, isize, f64)> {
-        let Shape::Aperture(aperture) = self.shape else {
+        let (Shape::Aperture(aperture) | Shape::Covered(aperture)) = self.shape else {
             let axis = if self.shape == Shape::Square { box_axis } else { axis };
             let variance = |scale: f64| (diameter * scale).powi(2) / 16.0;
             let (across, down) = (axis(variance(1.0)), axis(variance(vertical_scale)));
@@ -176,9 +180,30 @@ impl<'a> Kernel<'a> {
         }
         // The rim falls over a pixel of that axis whose pixels are finer.
         let rim = (1.0 / scale).min(squeeze).min(1.0);
-        let (x, y) = (x as f64 * squeeze, y as f64 / scale);
+        let beyond = |x: f64, y: f64| self.beyond(aperture, diameter, x * squeeze, y / scale);
+        let (x, y) = (x as f64, y as f64);
+        if !matches!(self.shape, Shape::Covered(_)) {
+            return (0.5 - beyond(x, y) / rim).clamp(0.0, 1.0);
+        }
+        // A circle below a hundredth of a pixel would be missed by every point.
+        if diameter < 0.01 {
+            return if x == 0.0 && y == 0.0 { 1.0 } else { 0.0 };
+        }
+        const POINTS: usize = 16;
+        let place = |i: usize| (i as f64 + 0.5) / POINTS as f64 - 0.5;
+        let inside = |i: &usize| beyond(x + place(i % POINTS), y + place(i / POINTS)) < 0.0;
+        // Far from the rim one point is as good as all.
+        let far = beyond(x, y).abs() > 1.5 * squeeze.max(1.0 / scale).max(1.0);
+        if far {
+            return if beyond(x, y) < 0.0 { 1.0 } else { 0.0 };
+        }
+        (0..POINTS * POINTS).filter(inside).count() as f64 / (POINTS * POINTS) as f64
+    }
+
+    /// How far a point lies beyond the rim, in pixels before they are squeezed.
+    fn beyond(&self, aperture: &Aperture, diameter: f64, x: f64, y: f64) -> f64 {
         let size = self.corners * diameter;
-        let beyond = match aperture.shape {
+        match aperture.shape {
             ApertureShape::Blades(count) if size > 0.0 => {
                 let turn = aperture.rotation_degrees.to_radians();
                 size * beyond_iris(count, aperture.roundness, turn, x / size, y / size)
@@ -186,8 +211,7 @@ impl<'a> Kernel<'a> {
             // Without blur every side passes through the middle, whatever its bend.
             ApertureShape::Blades(_) => x.hypot(y),
             _ => x.hypot(y) - 0.5 * diameter,
-        };
-        (0.5 - beyond / rim).clamp(0.0, 1.0)
+        }
     }
 }
 
