@@ -189,7 +189,7 @@ options! {
 pub enum PresetName {
     /// Two layers and one plain step: quick, for choosing focus and f-stop
     Preview,
-    /// General layers and the best integrator: the picture to keep
+    /// General layers and the aperture's shape: the picture to keep
     Final,
 }
 
@@ -197,7 +197,7 @@ pub enum PresetName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
-    /// Anisotropic heat diffusion, at the same cost for every size of circle: the default
+    /// Anisotropic heat diffusion, at the same cost for every size of circle: the default of preset preview, and of GPUs
     Diffusion,
     /// Every pixel spread over its circle (--psf), slowly
     Naive,
@@ -207,7 +207,8 @@ pub enum MethodName {
     Square,
     /// Every pixel spread over a Gaussian through a pyramid, at the same cost for every size of circle
     Pyramid,
-    /// Every pixel spread over the aperture's own shape (--aperture), at the same cost for every size of circle
+    /// Every pixel spread over the aperture's own shape (--aperture), at the same cost for every size of circle: the
+    /// default of preset final
     Aperture,
 }
 

@@ -5,7 +5,8 @@ use crate::options::{
     Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, PresetName,
     PsfName, QualityName, SolverName,
 };
-use crate::values::{Largest, Number, Shape};
+use crate::values::{DeviceChoice, Largest, Number, Shape};
+use pullfocus::Device;
 use pullfocus_core::aperture::{MOST_MASK_SIDE, Mask};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
@@ -30,8 +31,13 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         Some(PresetName::Preview) => Preset::Preview,
         Some(PresetName::Final) | None => Preset::Final,
     };
-    let base = Settings::preset(preset);
-    let (method, psf, quality) = method(blur)?;
+    let mut base = Settings::preset(preset);
+    // Who says how diffusion works means diffusion; a GPU has no other method.
+    let gpu = matches!(blur.device, Some(DeviceChoice(Device::Gpu(_))));
+    if gpu || of_diffusion(blur).is_some() {
+        base.method = Method::Diffusion;
+    }
+    let (method, psf, quality) = method(blur, base.method)?;
     let settings = Settings {
         coc: coc(circle)?,
         layering: layering(blur, base.layering)?,
@@ -126,8 +132,8 @@ pub fn method_of(name: MethodName) -> Method {
     }
 }
 
-fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
-    let method = blur.method.map_or(Method::Diffusion, method_of);
+fn method(blur: &Blur, preset: Method) -> Result<(Method, Psf, Quality)> {
+    let method = blur.method.map_or(preset, method_of);
     if let Some(option) = of_diffusion(blur).filter(|_| method != Method::Diffusion) {
         return Err(Failure::usage(format!(
             "{option} goes with --method diffusion; the other methods spread pixels and solve nothing"
@@ -311,6 +317,9 @@ mod tests {
     fn nothing_given_is_the_final_preset() {
         assert_eq!(made("").unwrap(), Settings::preset(Preset::Final));
         assert_eq!(made("preset = 'preview'").unwrap(), Settings::preset(Preset::Preview));
+        // Diffusion's own options ask for it, and so does a GPU.
+        assert_eq!(made("solver = 'hybrid'").unwrap().method, Method::Diffusion);
+        assert_eq!(made("device = 'gpu'").unwrap(), Settings::default());
     }
 
     #[test]

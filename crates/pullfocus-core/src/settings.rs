@@ -8,7 +8,7 @@ use crate::layers::Layering;
 use crate::method::{Method, Psf, Quality};
 use serde::{Deserialize, Serialize};
 
-/// The settings of a render; the same for every backend.
+/// The settings of a render; the same for every backend. The default is general layers by diffusion, which every device has.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Settings {
@@ -47,7 +47,8 @@ pub enum Storage {
 pub enum Preset {
     /// The first paper's two layers and one backward-Euler step: fast, for choosing focus and f-stop.
     Preview,
-    /// General layers and the rational integrator: the picture to keep.
+    /// General layers, spread over the aperture: the picture to keep. A device that has diffusion only needs
+    /// [`Settings::default`], the same layers by diffusion.
     #[default]
     Final,
 }
@@ -56,7 +57,7 @@ impl Settings {
     /// The settings of a preset.
     pub fn preset(preset: Preset) -> Self {
         match preset {
-            Preset::Final => Self::default(),
+            Preset::Final => Self { method: Method::Aperture, ..Self::default() },
             Preset::Preview => Self {
                 layering: Layering::PAPER,
                 diffusion: Diffusion {

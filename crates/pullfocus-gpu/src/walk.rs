@@ -61,7 +61,7 @@ fn frames(context: &Context, size: Size, storage: Storage) {
     let hardware = view(context, size, Format::Depth32Float);
     let lens = Lens::Ideal { fov_x_degrees: 40.0, aperture_diameter_m: 0.02 };
     let camera = Camera::new(lens, 2.0).expect("a lens");
-    let disc = Settings::preset(Preset::Final);
+    let disc = Settings::default();
     let many = Settings { layering: Layering::General { layers: 7 }, ..disc.clone() };
     let thrice = Layering::Background { layers: 3, threshold: 0.01 };
     let background = Settings { layering: thrice, repair_depth: true, ..disc.clone() };

@@ -58,7 +58,7 @@ mod same {
             of(Layering::Single),
             of(Layering::Background { layers: 2, threshold: 0.02 }),
             Settings::preset(Preset::Preview),
-            Settings::preset(Preset::Final),
+            Settings::default(),
         ]
     }
 

@@ -22,7 +22,7 @@ fn all_settings(subject: &impl RenderSubject) -> Vec<Settings> {
         of(Layering::Background { layers: 3, threshold: 0.02 }),
         of(Layering::General { layers: 1 }),
         of(Layering::General { layers: 3 }),
-        Settings::preset(Preset::Final),
+        Settings::default(),
         Settings::preset(Preset::Preview),
         Settings {
             diffusion: Diffusion {
@@ -334,7 +334,7 @@ pub fn a_near_edge_is_soft_over_a_sharp_one(subject: &mut impl RenderSubject) {
             (0..size.width).map(|x| (f64::from(picture.colors[0].at(x, 12)) - planes.exact(x)).abs());
         differences.fold(0.0, f64::max) / contrast
     };
-    let settings = Settings::preset(Preset::Final);
+    let settings = Settings::default();
     let layered = worst(&run(subject, &planes.layered(), Some(&planes.camera), &settings));
     // The integrals of a disc and of a Gaussian of its variance differ by at most 0.025; the integrator's own
     // error and the pixel's width come on top.

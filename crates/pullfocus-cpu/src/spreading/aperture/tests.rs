@@ -94,7 +94,7 @@ fn points_have_their_moments() {
         for (c, vertical_scale) in
             [(3.0, 1.0), (30.0, 1.0), (49.0, 1.0), (-93.0, 1.0), (410.0, 1.0), (40.0, 0.5), (40.0, 2.0)]
         {
-            let side = 2 * (c as f32).abs() as usize * f32::max(vertical_scale, 1.0) as usize + 41;
+            let side = 2 * f32::abs(c) as usize * f32::max(vertical_scale, 1.0) as usize + 41;
             let size = Size::new(side, side);
             // Not where cells of any level begin.
             let (px, py) = (side / 2 + 1, side / 2 - 2);
