@@ -2,16 +2,16 @@
 
 use crate::failure::{Failure, Result};
 use crate::options::{
-    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, PresetName,
-    QualityName, SolverName,
+    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, MipmapName,
+    PresetName, QualityName, SolverName,
 };
 use crate::values::{Largest, Number};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method, Preset, Psf, Quality,
-    Settings, Solver,
+    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method, Mipmap, Preset, Psf,
+    Quality, Settings, Solver,
 };
 
 fn usage<T>(sentence: &str) -> Result<T> {
@@ -35,6 +35,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         method,
         psf,
         quality,
+        mipmap: mipmap(blur, method)?,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
     };
@@ -136,6 +137,14 @@ fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
     match blur.psf {
         Some(_) if !method.has_psf() => usage("--psf goes with --method naive or gather"),
         psf => Ok((method, psf.map_or(Psf::default(), |shape| shape.0), quality)),
+    }
+}
+
+fn mipmap(blur: &Blur, method: Method) -> Result<Mipmap> {
+    match blur.mipmap {
+        Some(_) if method != Method::Pyramid => usage("--mipmap goes with --method pyramid"),
+        Some(MipmapName::Nearest) => Ok(Mipmap::Nearest),
+        Some(MipmapName::Linear) | None => Ok(Mipmap::Linear),
     }
 }
 
@@ -302,6 +311,7 @@ mod tests {
         refused("method = 'gather'\nsolver = 'jacobi'\nsweeps = 9", "--solver goes with --method diffusion");
         refused("psf = 'disc'", "--method naive or gather");
         refused("method = 'square'\nquality = 'fine'", "--method pyramid");
+        refused("method = 'naive'\nmipmap = 'linear'", "--method pyramid");
         refused("method = 'pyramid'\npsf = 'disc'", "--method naive or gather");
         refused("front = -1", "--front");
         refused("depth-scale = 2", "disparity");
@@ -322,6 +332,9 @@ mod tests {
         }
         let blades = made("method = 'naive'\npsf = 'blades:6,15'").unwrap();
         assert_eq!(made("method = 'pyramid'\nquality = 'fine'").unwrap().quality, Quality::Fine);
+        let alone = made("method = 'pyramid'\nmipmap = 'nearest'").unwrap();
+        assert_eq!(alone.mipmap, Mipmap::Nearest);
+        assert_eq!(made("method = 'pyramid'\nmipmap = 'linear'").unwrap().mipmap, Mipmap::Linear);
         assert_eq!(blades.psf, Psf::Blades { count: 6, rotation_degrees: 15.0 });
     }
 

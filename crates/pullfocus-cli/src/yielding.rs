@@ -109,10 +109,10 @@ pub fn method(file: &mut Blur, flags: &Blur) {
             file.psf = None;
         }
         if method != MethodName::Pyramid {
-            file.quality = None;
+            (file.quality, file.mipmap) = (None, None);
         }
     } else if of_diffusion(flags).is_some() && file.method != Some(MethodName::Diffusion) {
-        (file.method, file.psf, file.quality) = (None, None, None);
+        (file.method, file.psf, file.quality, file.mipmap) = (None, None, None, None);
     }
 }
 
@@ -157,7 +157,7 @@ mod tests {
         over("method = 'gather'", disc, "method = 'gather'\npsf = 'disc'");
         over("psf = 'gaussian'", disc, "method = 'naive'\npsf = 'gaussian'");
         over("integrator = 'rational'", disc, "integrator = 'rational'");
-        let fine = "method = 'pyramid'\nquality = 'fine'";
+        let fine = "method = 'pyramid'\nquality = 'fine'\nmipmap = 'nearest'";
         over("method = 'square'", fine, "method = 'square'");
         over("method = 'pyramid'", fine, fine);
         over("steps = 2\nintegrator = 'backward-euler'", fine, "steps = 2\nintegrator = 'backward-euler'");

@@ -25,7 +25,7 @@ mod tests;
 
 use crate::rows::{fold_rows, for_each_row};
 use pullfocus_core::scheme::LEAST_GAMMA;
-use pullfocus_core::{Cancel, Error, Method, Plane, Psf, Quality, Result, Size};
+use pullfocus_core::{Cancel, Error, Method, Mipmap, Plane, Psf, Quality, Result, Size};
 
 /// Which spreading, and what it spreads over.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +36,8 @@ pub struct Spread<'a> {
     pub psf: Psf,
     /// How finely the pyramid draws.
     pub quality: Quality,
+    /// What the pyramid does between two levels.
+    pub mipmap: Mipmap,
     /// Diameters of the circle of confusion in pixels of width, of either sign.
     pub circle: &'a Plane,
     /// Weight with which a pixel is spread, 0 or more; 1 everywhere if there is none. Values below 1e-15, NaN included,
