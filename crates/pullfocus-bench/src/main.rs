@@ -8,12 +8,15 @@ mod difference;
 mod figures;
 mod frames;
 mod gpu;
+mod growing;
 mod jacobi;
 mod panels;
 mod place;
 mod quality;
 mod same;
 mod speed;
+mod spreading;
+mod squares;
 mod table;
 
 use anyhow::Result;
@@ -35,6 +38,12 @@ enum Command {
     Quality(quality::Options),
     /// The papers' figures with our scenes: each failure and its cure.
     Figures(figures::Options),
+    /// A blur that grows across a picture, by both of the pyramid's choices and by naive spreading.
+    Growing(growing::Options),
+    /// The third paper's figures 8 to 12: what spreading costs and how far it is from naive spreading.
+    Spreading(spreading::Options),
+    /// What square spreading's family costs, and how close it comes.
+    Squares(squares::Options),
     /// Frames per second, time per unknown, memory.
     Speed(speed::Options),
     /// A GPU: solvers, whole frames, storage; beside the papers, a memory copy and cuSPARSE.
@@ -48,6 +57,9 @@ fn main() -> Result<()> {
         Command::Jacobi(options) => jacobi::run(&options),
         Command::Quality(options) => quality::run(&options),
         Command::Figures(options) => figures::run(&options),
+        Command::Growing(options) => growing::run(&options),
+        Command::Spreading(options) => spreading::run(&options),
+        Command::Squares(options) => squares::run(&options),
         Command::Speed(options) => speed::run(&options),
         Command::Gpu(options) => gpu::run(&options),
         Command::Same(options) => same::run(&options),

@@ -232,6 +232,16 @@ pub enum QualityName {
     Fine,
 }
 
+/// What the pyramid does between two levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MipmapName {
+    /// Both levels, one going over smoothly into the other: the default
+    Linear,
+    /// The finer one alone, with a larger Gaussian; jumps where a growing circle changes its level
+    Nearest,
+}
+
 /// Numbers in a GPU's memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -345,6 +355,9 @@ options! {
         /// How finely --method pyramid draws.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         quality: QualityName,
+        /// What --method pyramid does with a size between two levels.
+        #[arg(long, value_name = "NAME", help_heading = "Blur")]
+        mipmap: MipmapName,
         /// Which layers the picture is taken apart into.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         layering: LayeringName,

@@ -2,8 +2,8 @@
 
 use crate::failure::{Failure, Result};
 use crate::options::{
-    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, PresetName,
-    PsfName, QualityName, SolverName,
+    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, MipmapName,
+    PresetName, PsfName, QualityName, SolverName,
 };
 use crate::values::{DeviceChoice, Largest, Number, Shape};
 use pullfocus::Device;
@@ -13,7 +13,7 @@ use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
     Aperture, ApertureShape, CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method,
-    Preset, Psf, Quality, Settings, Solver,
+    Mipmap, Preset, Psf, Quality, Settings, Solver,
 };
 use pullfocus_io::Limits;
 use std::path::Path;
@@ -45,6 +45,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         psf,
         aperture: aperture(blur)?,
         quality,
+        mipmap: mipmap(blur, method)?,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
     };
@@ -197,6 +198,14 @@ fn mask(file: &Path) -> Result<Mask> {
     let data = (0..size.area()).map(value).collect();
     Mask::new(size.width, size.height, data)
         .map_err(|error| Failure::usage(format!("{}: {error}", file.display())))
+}
+
+fn mipmap(blur: &Blur, method: Method) -> Result<Mipmap> {
+    match blur.mipmap {
+        Some(_) if method != Method::Pyramid => usage("--mipmap goes with --method pyramid"),
+        Some(MipmapName::Nearest) => Ok(Mipmap::Nearest),
+        Some(MipmapName::Linear) | None => Ok(Mipmap::Linear),
+    }
 }
 
 fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
@@ -374,6 +383,7 @@ mod tests {
         assert!(lost.to_string().contains("nowhere.png"), "{lost}");
         refused("method = 'square'\nquality = 'fine'", "--method pyramid");
         refused("method = 'pyramid'\npsf = 'aperture'", "--method naive or gather");
+        refused("method = 'naive'\nmipmap = 'linear'", "--method pyramid");
         refused("front = -1", "--front");
         refused("depth-scale = 2", "disparity");
         refused("depth = 'disparity'", "--depth-scale");
@@ -396,6 +406,9 @@ mod tests {
                 .unwrap();
         assert_eq!(made("method = 'pyramid'\nquality = 'fine'").unwrap().quality, Quality::Fine);
         assert_eq!((blades.psf, blades.aperture), (Psf::Aperture, Aperture::blades(6, 15.0)));
+        let alone = made("method = 'pyramid'\nmipmap = 'nearest'").unwrap();
+        assert_eq!(alone.mipmap, Mipmap::Nearest);
+        assert_eq!(made("method = 'pyramid'\nmipmap = 'linear'").unwrap().mipmap, Mipmap::Linear);
     }
 
     #[test]

@@ -110,10 +110,10 @@ pub fn method(file: &mut Blur, flags: &Blur) {
             without_aperture(file);
         }
         if method != MethodName::Pyramid {
-            file.quality = None;
+            (file.quality, file.mipmap) = (None, None);
         }
     } else if of_diffusion(flags).is_some() && file.method != Some(MethodName::Diffusion) {
-        (file.method, file.quality) = (None, None);
+        (file.method, file.quality, file.mipmap) = (None, None, None);
         without_aperture(file);
     } else if flags.psf == Some(PsfName::Gaussian) {
         without_aperture(file);
@@ -170,7 +170,7 @@ mod tests {
         over("method = 'gather'", disc, "method = 'gather'\npsf = 'aperture'");
         over("psf = 'gaussian'", disc, "method = 'naive'\npsf = 'gaussian'");
         over("integrator = 'rational'", disc, "integrator = 'rational'");
-        let fine = "method = 'pyramid'\nquality = 'fine'";
+        let fine = "method = 'pyramid'\nquality = 'fine'\nmipmap = 'nearest'";
         over("method = 'square'", fine, "method = 'square'");
         over("method = 'pyramid'", fine, fine);
         over("steps = 2\nintegrator = 'backward-euler'", fine, "steps = 2\nintegrator = 'backward-euler'");

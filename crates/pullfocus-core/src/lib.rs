@@ -43,7 +43,7 @@ pub use diffusion::{Diffusion, Integrator, Solver};
 pub use error::{Error, Result};
 pub use frame::{Frame, Window};
 pub use layers::Layering;
-pub use method::{Method, Psf, Quality};
+pub use method::{Method, Mipmap, Psf, Quality};
 pub use picture::Picture;
 pub use plane::Plane;
 pub use report::Report;

@@ -56,11 +56,24 @@ impl Method {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quality {
-    /// Gaussians of 13 x 13 cells or less.
+    /// Gaussians of 15 x 15 cells or less.
     #[default]
     Standard,
-    /// One level finer: up to 27 x 27 cells, at some four times the cost.
+    /// One level finer: up to 31 x 31 cells, at some four times the cost.
     Fine,
+}
+
+/// What [`Method::Pyramid`] does with sizes between two of its levels (third paper, 5.1), in the words of mipmaps, which it runs in
+/// reverse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mipmap {
+    /// Both levels have a share, which goes over smoothly from one to the next: the paper's first choice.
+    #[default]
+    Linear,
+    /// The finer level alone, with a larger Gaussian: the paper's second choice. Quicker for the fifth of all sizes that otherwise have
+    /// two levels; the picture jumps where a growing circle comes to the next level.
+    Nearest,
 }
 
 /// The point spread function of [`Method::Naive`] and [`Method::Gather`]: the shape of a point of light whose circle of

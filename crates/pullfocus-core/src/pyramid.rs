@@ -6,8 +6,8 @@
 //! enlarging adds. (The paper's Program 1 has a deviation of 1/3 of a cell and a printed normalisation, with which a pixel's weight
 //! swings by more than twice with its place in the cell.)
 
-use crate::method::Quality;
-use crate::psf::discrete_gaussian;
+use crate::method::{Mipmap, Quality};
+use crate::psf::{discrete_gaussian, gaussian_reach};
 
 /// Cells that every level has beside the picture on each side: what lies there comes back when it is enlarged. Enlarging two
 /// cells of edge needs two of the next level.
@@ -69,6 +69,18 @@ pub fn level_of(variance: f64, quality: Quality) -> (usize, f32) {
     (level, share.max(0.0) as f32)
 }
 
+/// [`level_of`] for either choice: with [`Mipmap::Nearest`] one level alone, the coarsest on which the splat is not narrower than
+/// the quality's least.
+#[inline(always)]
+pub fn level_with(variance: f64, quality: Quality, mipmap: Mipmap) -> (usize, f32) {
+    let (level, share) = level_of(variance, quality);
+    match mipmap {
+        Mipmap::Linear => (level, share),
+        // The next one has a share from its least variance on.
+        Mipmap::Nearest => (level + usize::from(share > 0.0), 0.0),
+    }
+}
+
 /// The largest variance in squared cells that a splat has, on an axis whose PSF has `ratio` times the variance that chooses the
 /// level.
 pub fn most_variance(quality: Quality, ratio: f64) -> f64 {
@@ -78,10 +90,23 @@ pub fn most_variance(quality: Quality, ratio: f64) -> f64 {
     ratio * (own + ENLARGING / 3.0)
 }
 
-/// Cells to either side of a splat of at most `most` squared cells: 2.5 deviations of the very largest, which has little share
-/// (and is held to its sum and variance all the same), three or more of all others; 3 at the least, the paper's 7 x 7.
+/// Cells to either side of a splat of at most `most` squared cells: three deviations of the very largest, which has little share
+/// (and is held to its sum and variance all the same); 3 at the least, the paper's 7 x 7.
 pub fn reach(most: f64) -> usize {
-    ((2.5 * most.sqrt()).ceil() as usize).max(3)
+    ((3.0 * most.sqrt()).ceil() as usize).max(3)
+}
+
+/// Cells to either side that a splat of `variance` squared cells has, `most` at the most: on the finest level what a naive Gaussian has,
+/// elsewhere three and a half deviations and half a cell, for its place within one.
+pub fn reach_of(variance: f64, finest: bool, most: usize) -> usize {
+    let own = if finest && variance == 0.0 {
+        0
+    } else if finest {
+        gaussian_reach(variance)
+    } else {
+        (3.5 * variance.sqrt() + 0.5).ceil() as usize
+    };
+    own.min(most)
 }
 
 /// Levels whose tables differ: from there on positions within a cell are rounded to 64ths.
@@ -139,10 +164,13 @@ mod tests {
             let most = most_variance(quality, 1.0);
             let reach = reach(most);
             for finest in [true, false] {
+                // The finest level's narrowest reaches one cell.
+                assert_eq!(reach_of(0.0, finest, reach), if finest { 0 } else { 1 });
                 for variance in [0.02, 0.5, 0.5625, 0.9, 2.0, 4.0, most] {
                     if !finest && variance < 0.5 {
                         continue;
                     }
+                    let reach = reach_of(variance, finest, reach);
                     let offsets: &[f64] = if finest { &[0.0] } else { &[-0.5, -0.25, 0.1, 0.49] };
                     for &offset in offsets {
                         let weights = splat(variance, offset, finest, reach);
@@ -190,6 +218,9 @@ mod tests {
                 // A step of 1/2000 in variance, over a fade of a fifth of that.
                 assert!((0.0..1.0).contains(&share) && at >= last && at - last < 0.01, "{variance}: {at}");
                 last = at;
+                let alone = level_with(variance, quality, Mipmap::Nearest);
+                assert_eq!(alone, (level + usize::from(share > 0.0), 0.0), "{variance}");
+                assert_eq!(level_with(variance, quality, Mipmap::Linear), (level, share));
                 let used = if share > 0.0 { level + 1 } else { level };
                 let least = cell_variance(variance, used);
                 // f64 rounding.

@@ -5,7 +5,7 @@ use crate::coc::CocSettings;
 use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
 use crate::layers::Layering;
-use crate::method::{Method, Psf, Quality};
+use crate::method::{Method, Mipmap, Psf, Quality};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a render; the same for every backend. The default is general layers by diffusion, which every device has.
@@ -24,6 +24,8 @@ pub struct Settings {
     pub aperture: Aperture,
     /// How finely the pyramid draws.
     pub quality: Quality,
+    /// What the pyramid does between two levels.
+    pub mipmap: Mipmap,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Mend anti-aliased depth before it is used.

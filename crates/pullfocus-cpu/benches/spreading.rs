@@ -5,42 +5,50 @@
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use pullfocus_core::{Aperture, Cancel, Method, Plane, Psf, Quality, Size};
+use pullfocus_core::{Aperture, Cancel, Method, Mipmap, Plane, Psf, Quality, Size};
 use pullfocus_cpu::spreading::{Spread, SpreadBuffers, spread};
 use std::time::Duration;
 
 /// Every method that can be waited for, with a name and the largest circle for it.
-const METHODS: [(&str, Method, Quality, f32); 5] = [
-    ("aperture", Method::Aperture, Quality::Standard, 500.0),
-    ("square", Method::Square, Quality::Standard, 500.0),
-    ("pyramid", Method::Pyramid, Quality::Standard, 500.0),
-    ("pyramid, fine", Method::Pyramid, Quality::Fine, 500.0),
-    ("naive", Method::Naive, Quality::Standard, 5.0),
+const METHODS: [(&str, Method, Quality, Mipmap, f32); 6] = [
+    ("aperture", Method::Aperture, Quality::Standard, Mipmap::Linear, 500.0),
+    ("square", Method::Square, Quality::Standard, Mipmap::Linear, 500.0),
+    ("pyramid", Method::Pyramid, Quality::Standard, Mipmap::Linear, 500.0),
+    ("pyramid, nearest", Method::Pyramid, Quality::Standard, Mipmap::Nearest, 500.0),
+    ("pyramid, fine", Method::Pyramid, Quality::Fine, Mipmap::Linear, 500.0),
+    ("naive", Method::Naive, Quality::Standard, Mipmap::Linear, 5.0),
 ];
 
 fn circles(c: &mut Criterion) {
-    let size = Size::new(1920, 1080);
+    for size in [Size::new(1920, 1080), Size::new(256, 256)] {
+        in_size(c, size);
+    }
+}
+
+fn in_size(c: &mut Criterion, size: Size) {
     let mut planes =
         [3, 5, 7].map(|k| Plane::from_fn(size, |x, y| ((x * k) ^ (y * 3)) as f32 % 17.0 / 17.0).unwrap());
     let even = |c: f32| Plane::filled(size, c).unwrap();
     // The last one grows from nothing to 500 px across the picture.
-    let growing = Plane::from_fn(size, |x, _| x as f32 * 500.0 / 1919.0).unwrap();
+    let last = (size.width - 1) as f32;
+    let growing = Plane::from_fn(size, |x, _| x as f32 * 500.0 / last).unwrap();
     let circles = [
         ("5", even(5.0), 5.0),
         ("50", even(50.0), 50.0),
         ("500", even(500.0), 500.0),
         ("0 to 500", growing, 500.0),
     ];
-    let mut group = c.benchmark_group("1920x1080");
+    let mut group = c.benchmark_group(size.to_string().replace(' ', ""));
     group.sample_size(10).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
     group.throughput(Throughput::Elements(size.area() as u64));
-    for (name, method, quality, most) in METHODS {
+    for (name, method, quality, mipmap, most) in METHODS {
         for (width, circle, _) in circles.iter().filter(|(_, _, largest)| *largest <= most) {
             let spreading = Spread {
                 method,
                 psf: Psf::Gaussian,
                 aperture: &Aperture::DISC,
                 quality,
+                mipmap,
                 circle,
                 gamma: None,
                 vertical_scale: 1.0,

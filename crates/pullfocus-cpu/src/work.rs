@@ -5,8 +5,8 @@ use crate::pool::PlanePool;
 use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
-    Aperture, Cancel, Diffusion, Frame, Integrator, Method, Plane, Psf, Quality, Report, Result, Settings,
-    Solver,
+    Aperture, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality, Report, Result,
+    Settings, Solver,
 };
 use std::time::Instant;
 
@@ -31,6 +31,8 @@ pub struct Work<'a> {
     pub aperture: &'a Aperture,
     /// How finely the pyramid draws.
     pub quality: Quality,
+    /// What the pyramid does between two levels.
+    pub mipmap: Mipmap,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Pixels of height for one pixel of width.
@@ -66,6 +68,7 @@ impl<'a> Work<'a> {
             psf: settings.psf,
             aperture: &settings.aperture,
             quality: settings.quality,
+            mipmap: settings.mipmap,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,
@@ -89,6 +92,7 @@ impl<'a> Work<'a> {
             psf: self.psf,
             aperture: self.aperture,
             quality: self.quality,
+            mipmap: self.mipmap,
             circle,
             gamma,
             vertical_scale,

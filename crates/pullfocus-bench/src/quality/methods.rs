@@ -5,6 +5,7 @@ use anyhow::Result;
 use pullfocus::diffusion::Calibration;
 use pullfocus::response::Rational;
 use pullfocus::{Cancel, Diffusion, Integrator, Layering, Picture, Plane, Preset, Renderer, Settings};
+use pullfocus::{Method as Blur, Psf};
 use pullfocus_testkit::reference::layers::extend;
 use pullfocus_testkit::spread::{self, Shape};
 use pullfocus_testkit::{Grid, scenes};
@@ -60,7 +61,11 @@ impl Method {
 
     /// Whether it takes seconds a picture.
     pub fn brute_force(&self) -> bool {
-        matches!(self, Self::Spread(_) | Self::ByDepth(_) | Self::SpreadLayers(_))
+        match self {
+            Self::Spread(_) | Self::ByDepth(_) | Self::SpreadLayers(_) => true,
+            Self::Ours(_, _, settings) => settings.method.has_psf(),
+            Self::Unblurred => false,
+        }
     }
 
     /// The scene through the reference's lens: three colour planes.
@@ -123,6 +128,70 @@ pub fn last() -> Method {
     Method::Ours("preset final", Input::Single, Settings::preset(Preset::Final))
 }
 
+/// The spreading methods: as one layer and with the layers of `final`, for both inputs.
+fn spreading() -> Vec<Method> {
+    let with = |layering, (method, psf)| Settings { layering, method, psf, ..Settings::default() };
+    let general = Settings::preset(Preset::Final).layering;
+    let methods = [
+        (Blur::Square, Psf::Gaussian),
+        (Blur::Pyramid, Psf::Gaussian),
+        (Blur::Naive, Psf::Gaussian),
+        (Blur::Naive, Psf::Aperture),
+        (Blur::Aperture, Psf::Gaussian),
+    ];
+    let rows = [
+        (
+            Input::Single,
+            Layering::Single,
+            [
+                "one layer, square",
+                "one layer, pyramid",
+                "one layer, naive Gaussian",
+                "one layer, naive disc",
+                "one layer, aperture",
+            ],
+        ),
+        (
+            Input::Single,
+            general,
+            [
+                "general layers, square",
+                "general layers, pyramid",
+                "general layers, naive Gaussian",
+                "general layers, naive disc",
+                "general layers, aperture",
+            ],
+        ),
+        (
+            Input::Layered,
+            Layering::Single,
+            [
+                "layered: one layer behind, square",
+                "layered: one layer behind, pyramid",
+                "layered: one layer behind, naive Gaussian",
+                "layered: one layer behind, naive disc",
+                "layered: one layer behind, aperture",
+            ],
+        ),
+        (
+            Input::Layered,
+            general,
+            [
+                "layered: general layers, square",
+                "layered: general layers, pyramid",
+                "layered: general layers, naive Gaussian",
+                "layered: general layers, naive disc",
+                "layered: general layers, aperture",
+            ],
+        ),
+    ];
+    let row = |(input, layering, names): (Input, Layering, [&'static str; 5])| {
+        let methods = names.into_iter().zip(methods);
+        methods.map(move |(name, method)| Method::Ours(name, input, with(layering, method)))
+    };
+    rows.into_iter().flat_map(row).collect()
+}
+
 /// All rows, in the table's order.
 pub fn all() -> Vec<Method> {
     use Calibration::{Beck, Kass, Variance};
@@ -133,7 +202,7 @@ pub fn all() -> Vec<Method> {
     let disc = Integrator::Disc;
     let background = |layers| Layering::Background { layers, threshold: 0.01 };
     let general = |layers| Layering::General { layers };
-    vec![
+    let mut rows = vec![
         Method::Unblurred,
         Ours("preset preview", Single, Settings::preset(Preset::Preview)),
         last(),
@@ -176,9 +245,12 @@ pub fn all() -> Vec<Method> {
         Ours("layered: one layer behind, disc", Layered, with(Layering::Single, disc, Variance)),
         Ours("layered: 1 background layer, disc", Layered, with(background(1), disc, Variance)),
         Ours("layered: 5 general layers, Gaussian (rational)", Layered, with(general(5), gauss, Variance)),
+        Ours("layered: 5 general layers, disc", Layered, with(general(5), disc, Variance)),
         Method::SpreadLayers(Shape::Gaussian),
         Method::SpreadLayers(Shape::Disc),
-    ]
+    ];
+    rows.extend(spreading());
+    rows
 }
 
 #[cfg(test)]

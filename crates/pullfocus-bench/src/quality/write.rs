@@ -74,7 +74,7 @@ fn means(results: &Results) -> String {
 }
 
 /// Pairs of rows that differ in the shape alone.
-const PAIRS: [(&str, &str, &str); 6] = [
+const PAIRS: [(&str, &str, &str); 8] = [
     ("one layer of diffusion", "one layer, Gaussian (rational)", "one layer, disc"),
     ("general layers of diffusion", "5 general layers, Gaussian (rational)", "5 general layers, disc"),
     ("brute force, one layer", "brute force: Gaussian", "brute force: disc"),
@@ -82,7 +82,13 @@ const PAIRS: [(&str, &str, &str); 6] = [
     (
         "foreground + behind, diffusion",
         "layered: 5 general layers, Gaussian (rational)",
-        "layered: preset final",
+        "layered: 5 general layers, disc",
+    ),
+    ("general layers, spread", "general layers, naive Gaussian", "general layers, aperture"),
+    (
+        "foreground + behind, spread",
+        "layered: general layers, naive Gaussian",
+        "layered: general layers, aperture",
     ),
     (
         "foreground + behind, brute force",

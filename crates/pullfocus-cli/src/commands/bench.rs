@@ -8,7 +8,7 @@ use crate::values::BenchSize;
 use pullfocus::Renderer;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    Cancel, Diffusion, Distance, Element, Frame, Integrator, Layering, Picture, Plane, Preset, Scene,
+    Cancel, Diffusion, Distance, Element, Frame, Integrator, Layering, Method, Picture, Plane, Preset, Scene,
     Settings, Size,
 };
 use serde::Serialize;
@@ -27,7 +27,7 @@ struct Line {
     frames_per_second: f64,
     /// Time over that of copying, once per axis, the 28 bytes a pixel that a single layer must touch.
     times_the_copy: f64,
-    /// Pixels x colours x axes of one diffusion; only said of a single layer.
+    /// Pixels x colours x axes of one diffusion; only said of a single layer of diffusion.
     ns_per_unknown: Option<f64>,
     runs: usize,
 }
@@ -94,16 +94,19 @@ fn text(line: &Line) -> String {
 }
 
 /// The settings measured, by name; a single layer is timed for every size of circle, the others for one.
-fn cases() -> [(&'static str, Settings, &'static [f32]); 5] {
+fn cases() -> [(&'static str, Settings, &'static [f32]); 7] {
     let single = |integrator| Settings {
         layering: Layering::Single,
         diffusion: Diffusion { integrator, ..Diffusion::default() },
         ..Settings::default()
     };
+    let spread = |method| Settings { method, layering: Layering::Single, ..Settings::default() };
     [
         ("single, backward Euler", single(Integrator::BackwardEuler { steps: 1 }), &[5.0, 50.0, 500.0]),
         ("single, rational", single(Integrator::Rational(Rational::GAUSSIAN)), &[5.0, 50.0, 500.0]),
         ("single, disc", single(Integrator::Disc), &[5.0, 50.0, 500.0]),
+        ("single, square", spread(Method::Square), &[5.0, 50.0, 500.0]),
+        ("single, pyramid", spread(Method::Pyramid), &[5.0, 50.0, 500.0]),
         ("preview (2 layers)", Settings::preset(Preset::Preview), &[5.0, 50.0, 500.0]),
         ("final", Settings::preset(Preset::Final), &[5.0, 50.0, 500.0]),
     ]
@@ -140,7 +143,8 @@ fn measure(size: Size, least: Duration, cancel: &Cancel, tell: &mut dyn FnMut(Li
                 renderer.render(&mut scene, None, &settings, cancel)?;
                 Ok(start.elapsed())
             })?;
-            let unknowns = (settings.layering == Layering::Single).then_some(size.area() as f64 * 6.0);
+            let solved = settings.layering == Layering::Single && settings.method == Method::Diffusion;
+            let unknowns = solved.then_some(size.area() as f64 * 6.0);
             tell(line(what, Some(circle), time, unknowns));
         }
     }

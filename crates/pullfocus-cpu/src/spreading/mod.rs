@@ -26,7 +26,7 @@ mod tests;
 
 use crate::rows::{fold_rows, for_each_row};
 use pullfocus_core::scheme::LEAST_GAMMA;
-use pullfocus_core::{Aperture, Cancel, Error, Method, Plane, Psf, Quality, Result, Size};
+use pullfocus_core::{Aperture, Cancel, Error, Method, Mipmap, Plane, Psf, Quality, Result, Size};
 
 /// Which spreading, and what it spreads over.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +39,8 @@ pub struct Spread<'a> {
     pub aperture: &'a Aperture,
     /// How finely the pyramid draws.
     pub quality: Quality,
+    /// What the pyramid does between two levels.
+    pub mipmap: Mipmap,
     /// Diameters of the circle of confusion in pixels of width; where they are negative, in front of focus, the aperture is
     /// turned by half a turn.
     pub circle: &'a Plane,

@@ -15,14 +15,25 @@
 
 use super::splats::Splats;
 use super::{Spread, at_least};
+use crate::rows::for_each_row;
 use crate::wide;
 use pullfocus_core::psf::variance;
-use pullfocus_core::pyramid::{EDGE, cell_variance, enlarging, level_of};
+use pullfocus_core::pyramid::{EDGE, cell_variance, enlarging, level_with};
 use pullfocus_core::{Cancel, Error, Plane, Quality, Result, Size};
 use rayon::prelude::*;
 
+/// Stripes that a picture is cut into, if none is thinner or thicker than [`STRIPE`] says: enough for the threads of one machine.
+const STRIPES: usize = 64;
+/// Least and most rows of a stripe. A stripe's sums reach seven cells beyond it on each side, so a thinner one has more of them to add
+/// up than pixels to draw.
+const STRIPE: [usize; 2] = [8, 64];
+/// Stripes in memory for each thread, so that one that has less to do takes the next.
+const FOR_A_THREAD: usize = 4;
+
 /// Rows of the picture in one piece of work.
-const STRIPE: usize = 64;
+fn stripe_rows(height: usize) -> usize {
+    (height / STRIPES).clamp(STRIPE[0], STRIPE[1])
+}
 
 /// Levels, stripes and tables, kept from call to call.
 #[derive(Debug, Default)]
@@ -91,13 +102,14 @@ pub fn add_up(
         reserve(&mut level.data, cells, size)?;
     }
 
-    // As many stripes at a time as there are threads: their order alone decides the sums.
-    let all: Vec<usize> = (0..size.height.div_ceil(STRIPE)).collect();
-    let together = rayon::current_num_threads().min(all.len());
+    // Some stripes at a time: their order alone decides the sums.
+    let thick = stripe_rows(size.height);
+    let all: Vec<usize> = (0..size.height.div_ceil(thick)).collect();
+    let together = (FOR_A_THREAD * rayon::current_num_threads()).min(all.len());
     stripes.resize_with(together, Stripe::default);
     for group in all.chunks(together) {
         stripes.par_iter_mut().zip(group).try_for_each(|(stripe, &index)| {
-            let rows = index * STRIPE..((index + 1) * STRIPE).min(size.height);
+            let rows = index * thick..((index + 1) * thick).min(size.height);
             stripe.fit(&call, rows.clone(), levels)?;
             let mut result = Ok(());
             wide::run(Drawing { call, rows, stripe, levels: &levels[..], result: &mut result });
@@ -115,12 +127,11 @@ pub fn add_up(
     }
     let Some(finest) = levels.first() else { return Ok(()) };
     for (channel, output) in outputs.iter_mut().enumerate() {
-        for y in 0..size.height {
-            let row = finest.row(channel, y as isize);
-            output.row_mut(y).copy_from_slice(&row[EDGE..EDGE + size.width]);
-        }
+        for_each_row(output, cancel, |y, row| {
+            row.copy_from_slice(&finest.row(channel, y as isize)[EDGE..EDGE + size.width]);
+        })?;
     }
-    cancel.check()
+    Ok(())
 }
 
 impl Level {
@@ -223,7 +234,7 @@ impl Call<'_> {
     #[inline(always)]
     fn choose(&self, diameter: f32) -> (usize, f32) {
         let narrower = diameter * self.spread.vertical_scale.min(1.0);
-        level_of(variance(f64::from(narrower)), self.spread.quality)
+        level_with(variance(f64::from(narrower)), self.spread.quality, self.spread.mipmap)
     }
 }
 
@@ -276,6 +287,19 @@ impl wide::Work for Drawing<'_> {
     }
 }
 
+/// Weights in one vector of AVX2.
+const NARROW: usize = 8;
+
+/// Adds `N` weights, as many as are known at compile time. Both hold at least as many.
+#[inline(always)]
+fn add<const N: usize>(line: &mut [f32], weights: &[f32], scaled: f32) {
+    let line: &mut [f32; N] = line.first_chunk_mut().expect("a row holds a splat");
+    let weights: &[f32; N] = weights.first_chunk().expect("as many weights");
+    for i in 0..N {
+        line[i] += scaled * weights[i];
+    }
+}
+
 /// With `STRIDE` weights across, known at compile time; 0 for any number.
 #[inline(always)]
 fn draw<const STRIDE: usize>(
@@ -305,24 +329,25 @@ fn draw<const STRIDE: usize>(
                     continue;
                 }
                 let t = variance(f64::from(diameter));
-                across.weights(l, x, cell_variance(t, l) as f32, &mut kx);
-                down.weights(l, y, cell_variance(t * scale * scale, l) as f32, &mut ky);
+                let wide = across.weights(l, x, cell_variance(t, l) as f32, &mut kx);
+                let high = down.weights(l, y, cell_variance(t * scale * scale, l) as f32, &mut ky);
                 let (_, count) = stripe.rows[l];
                 let columns = call.columns(levels[l].width);
-                let first = (y >> l) - (rows.start >> l);
+                // Rows that have nothing are left out; so is half of the columns where the rest holds the splat.
+                let first = (y >> l) - (rows.start >> l) + down.reach - high;
+                let ky = &ky[down.reach - high..=down.reach + high];
+                let narrow = STRIDE > NARROW && 2 * wide < NARROW && across.reach + NARROW < STRIDE + wide;
                 for (channel, value) in values.iter().enumerate() {
                     let value = value * share;
                     let at = (channel * count + first) * columns + (x >> l);
                     let cells = &mut stripe.data[l][at..];
-                    for (line, weight) in cells.chunks_mut(columns).zip(&ky[..2 * down.reach + 1]) {
+                    for (line, weight) in cells.chunks_mut(columns).zip(ky) {
                         let scaled = value * weight;
-                        if STRIDE > 0 {
-                            let line: &mut [f32; STRIDE] =
-                                line.first_chunk_mut().expect("a row holds a splat");
-                            let kx: &[f32; STRIDE] = kx.first_chunk().expect("as many weights");
-                            for i in 0..STRIDE {
-                                line[i] += scaled * kx[i];
-                            }
+                        if narrow {
+                            let skipped = across.reach - wide;
+                            add::<NARROW>(&mut line[skipped..], &kx[skipped..], scaled);
+                        } else if STRIDE > 0 {
+                            add::<STRIDE>(line, &kx, scaled);
                         } else {
                             line.iter_mut().zip(&kx).for_each(|(cell, weight)| *cell += scaled * weight);
                         }
