@@ -21,6 +21,7 @@ pub enum Input {
 
 /// One row of the table.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)]
 pub enum Method {
     /// The pinhole picture itself.
     Unblurred,
