@@ -2,16 +2,17 @@
 
 use crate::failure::{Failure, Result};
 use crate::options::{
-    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, PresetName,
-    QualityName, SolverName,
+    Blur, CalibrationName, Circle, Depth, DepthForm, GatherName, IntegratorName, LayeringName, MethodName,
+    PresetName, QualityName, SitesName, SolverName, SpreadName,
 };
 use crate::values::{Largest, Number};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
+use pullfocus_core::tensor::{Gathering, LEAST_SPACING, MOST_SPACING, Sites, Spreading};
 use pullfocus_core::{
     CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method, Preset, Psf, Quality,
-    Settings, Solver,
+    Settings, Solver, Tensor,
 };
 
 fn usage<T>(sentence: &str) -> Result<T> {
@@ -35,6 +36,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         method,
         psf,
         quality,
+        tensor: tensor(blur)?,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
     };
@@ -118,6 +120,7 @@ pub fn method_of(name: MethodName) -> Method {
         MethodName::Gather => Method::Gather,
         MethodName::Square => Method::Square,
         MethodName::Pyramid => Method::Pyramid,
+        MethodName::Tensor => Method::Tensor,
     }
 }
 
@@ -137,6 +140,44 @@ fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
         Some(_) if !method.has_psf() => usage("--psf goes with --method naive or gather"),
         psf => Ok((method, psf.map_or(Psf::default(), |shape| shape.0), quality)),
     }
+}
+
+/// The first option given that says how the tensor filter works.
+fn of_tensor(blur: &Blur) -> Option<&'static str> {
+    let given = [
+        (blur.tensor_sites.is_some(), "--tensor-sites"),
+        (blur.tensor_spacing.is_some(), "--tensor-spacing"),
+        (blur.tensor_gather.is_some(), "--tensor-gather"),
+        (blur.tensor_spread.is_some(), "--tensor-spread"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, name)| name)
+}
+
+fn tensor(blur: &Blur) -> Result<Tensor> {
+    if let Some(option) = of_tensor(blur).filter(|_| blur.method != Some(MethodName::Tensor)) {
+        return Err(Failure::usage(format!("{option} goes with --method tensor")));
+    }
+    let preset = Tensor::default();
+    let spacing = blur.tensor_spacing.map_or(preset.spacing, |spacing| spacing.0);
+    if !(LEAST_SPACING..=MOST_SPACING).contains(&spacing) {
+        return usage("--tensor-spacing must lie between 0.25 and 0.84 standard deviations");
+    }
+    Ok(Tensor {
+        sites: match blur.tensor_sites {
+            Some(SitesName::Skip) => Sites::Skip,
+            Some(SitesName::Quadtree) | None => Sites::Quadtree,
+        },
+        spacing,
+        gather: match blur.tensor_gather {
+            Some(GatherName::Naive) => Gathering::Naive,
+            Some(GatherName::RepeatedIntegration) => Gathering::RepeatedIntegration,
+            Some(GatherName::Pyramid) | None => Gathering::Pyramid,
+        },
+        spread: match blur.tensor_spread {
+            Some(SpreadName::Naive) => Spreading::Naive,
+            Some(SpreadName::Pyramid) | None => Spreading::Pyramid,
+        },
+    })
 }
 
 fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
@@ -303,6 +344,8 @@ mod tests {
         refused("psf = 'disc'", "--method naive or gather");
         refused("method = 'square'\nquality = 'fine'", "--method pyramid");
         refused("method = 'pyramid'\npsf = 'disc'", "--method naive or gather");
+        refused("method = 'pyramid'\ntensor-sites = 'skip'", "--tensor-sites goes with --method tensor");
+        refused("method = 'tensor'\ntensor-spacing = 2", "between 0.25 and 0.84");
         refused("front = -1", "--front");
         refused("depth-scale = 2", "disparity");
         refused("depth = 'disparity'", "--depth-scale");
@@ -322,6 +365,13 @@ mod tests {
         }
         let blades = made("method = 'naive'\npsf = 'blades:6,15'").unwrap();
         assert_eq!(made("method = 'pyramid'\nquality = 'fine'").unwrap().quality, Quality::Fine);
+        let tensor = made("method = 'tensor'").unwrap();
+        assert_eq!((tensor.method, tensor.tensor), (Method::Tensor, Tensor::default()));
+        let paper =
+            "tensor-sites = 'skip'\ntensor-gather = 'naive'\ntensor-spread = 'naive'\ntensor-spacing = 0.5";
+        let (sites, gather, spread) = (Sites::Skip, Gathering::Naive, Spreading::Naive);
+        let expected = Tensor { sites, spacing: 0.5, gather, spread };
+        assert_eq!(made(&format!("method = 'tensor'\n{paper}")).unwrap().tensor, expected);
         assert_eq!(blades.psf, Psf::Blades { count: 6, rotation_degrees: 15.0 });
     }
 

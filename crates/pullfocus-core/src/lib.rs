@@ -31,6 +31,7 @@ pub mod settings;
 pub mod size;
 pub mod split;
 pub mod srgb;
+pub mod tensor;
 
 pub use camera::{Camera, Lens};
 pub use cancel::Cancel;
@@ -47,3 +48,4 @@ pub use report::Report;
 pub use scene::{Distance, Element, Scene};
 pub use settings::{Preset, Settings, Storage};
 pub use size::Size;
+pub use tensor::Tensor;

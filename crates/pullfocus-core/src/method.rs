@@ -22,11 +22,15 @@ pub enum Method {
     /// Every pixel is spread over a Gaussian with the disc's variance, as a small one on the level of a pyramid (third paper,
     /// section 5). The cost is the same for every circle.
     Pyramid,
+    /// Sites that lie farther apart the larger the blur: each gathers an average and spreads it as a Gaussian (third paper, section
+    /// 6); its settings are [`crate::Settings::tensor`].
+    Tensor,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 5] = [Self::Diffusion, Self::Naive, Self::Gather, Self::Square, Self::Pyramid];
+    pub const ALL: [Self; 6] =
+        [Self::Diffusion, Self::Naive, Self::Gather, Self::Square, Self::Pyramid, Self::Tensor];
 
     /// Whether [`Psf`] is this method's to choose.
     pub fn has_psf(self) -> bool {
@@ -92,7 +96,7 @@ impl Psf {
         if self != Self::Gaussian && !method.has_psf() {
             return Err(Error::Unsupported {
                 what: "a psf other than Gaussian",
-                reason: "only the methods naive and gather have a choice of psf; pyramid is Gaussian, square a square",
+                reason: "only the methods naive and gather have a choice of psf; pyramid and tensor are Gaussian, square a square",
             });
         }
         let Self::Blades { count, rotation_degrees } = self else { return Ok(()) };

@@ -5,6 +5,7 @@ use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
 use crate::layers::Layering;
 use crate::method::{Method, Psf, Quality};
+use crate::tensor::Tensor;
 use serde::{Deserialize, Serialize};
 
 /// The settings of a render; the same for every backend.
@@ -21,6 +22,8 @@ pub struct Settings {
     pub psf: Psf,
     /// How finely the pyramid draws.
     pub quality: Quality,
+    /// How the tensor filter blurs a layer.
+    pub tensor: Tensor,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Mend anti-aliased depth before it is used.
@@ -73,6 +76,7 @@ impl Settings {
         self.coc.check()?;
         self.layering.check()?;
         self.psf.check(self.method)?;
+        self.tensor.check()?;
         self.diffusion.check()
     }
 }

@@ -5,7 +5,7 @@
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use pullfocus_core::{Cancel, Method, Plane, Psf, Quality, Size};
+use pullfocus_core::{Cancel, Method, Plane, Psf, Quality, Size, Tensor};
 use pullfocus_cpu::spreading::{Spread, SpreadBuffers, spread};
 use std::time::Duration;
 
@@ -35,8 +35,15 @@ fn circles(c: &mut Criterion) {
     group.throughput(Throughput::Elements(size.area() as u64));
     for (name, method, quality, most) in METHODS {
         for (width, circle, _) in circles.iter().filter(|(_, _, largest)| *largest <= most) {
-            let spreading =
-                Spread { method, psf: Psf::Gaussian, quality, circle, gamma: None, vertical_scale: 1.0 };
+            let spreading = Spread {
+                method,
+                psf: Psf::Gaussian,
+                quality,
+                tensor: Tensor::default(),
+                circle,
+                gamma: None,
+                vertical_scale: 1.0,
+            };
             let mut buffers = SpreadBuffers::default();
             group.bench_function(BenchmarkId::new(name, width), |b| {
                 b.iter(|| {

@@ -6,6 +6,7 @@ use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
     Cancel, Diffusion, Frame, Integrator, Method, Plane, Psf, Quality, Report, Result, Settings, Solver,
+    Tensor,
 };
 use std::time::Instant;
 
@@ -28,6 +29,8 @@ pub struct Work<'a> {
     pub psf: Psf,
     /// How finely the pyramid draws.
     pub quality: Quality,
+    /// How the tensor filter works.
+    pub tensor: Tensor,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Pixels of height for one pixel of width.
@@ -62,6 +65,7 @@ impl<'a> Work<'a> {
             method: settings.method,
             psf: settings.psf,
             quality: settings.quality,
+            tensor: settings.tensor,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,
@@ -84,6 +88,7 @@ impl<'a> Work<'a> {
             method: self.method,
             psf: self.psf,
             quality: self.quality,
+            tensor: self.tensor,
             circle,
             gamma,
             vertical_scale,

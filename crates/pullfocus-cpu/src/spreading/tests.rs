@@ -5,7 +5,7 @@ use pullfocus_testkit::reference::spreading::{Shape, Spreading, normalised};
 use pullfocus_testkit::{Grid, scenes};
 use std::time::Duration;
 
-const SIZE: Size = Size { width: 61, height: 43 };
+pub const SIZE: Size = Size { width: 61, height: 43 };
 
 const SHAPES: [Psf; 4] = [
     Psf::Gaussian,
@@ -14,8 +14,16 @@ const SHAPES: [Psf; 4] = [
     Psf::Blades { count: 8, rotation_degrees: 0.0 },
 ];
 
-fn of<'a>(method: Method, psf: Psf, circle: &'a Plane, gamma: Option<&'a Plane>) -> Spread<'a> {
-    Spread { method, psf, quality: Quality::Standard, circle, gamma, vertical_scale: 1.0 }
+pub fn of<'a>(method: Method, psf: Psf, circle: &'a Plane, gamma: Option<&'a Plane>) -> Spread<'a> {
+    Spread {
+        method,
+        psf,
+        quality: Quality::Standard,
+        tensor: Tensor::default(),
+        circle,
+        gamma,
+        vertical_scale: 1.0,
+    }
 }
 
 /// Every method with every shape that it has.
@@ -26,21 +34,21 @@ fn all() -> impl Iterator<Item = (Method, Psf)> {
     })
 }
 
-fn blurred(plane: &Plane, spreading: &Spread<'_>) -> Plane {
+pub fn blurred(plane: &Plane, spreading: &Spread<'_>) -> Plane {
     let mut plane = plane.clone();
     spread(&mut [&mut plane], spreading, &mut SpreadBuffers::default(), &Cancel::new()).unwrap();
     plane
 }
 
 /// The sums before they are divided, and the weight.
-fn sums(plane: &Plane, spreading: &Spread<'_>) -> [Plane; 2] {
+pub fn sums(plane: &Plane, spreading: &Spread<'_>) -> [Plane; 2] {
     let mut outputs = [plane.clone(), plane.clone()];
     let [sum, weight] = &mut outputs;
     add_up(&[plane], spreading, &mut [sum, weight], &mut MethodBuffers::default(), &Cancel::new()).unwrap();
     outputs
 }
 
-fn bits(plane: &Plane) -> Vec<u32> {
+pub fn bits(plane: &Plane) -> Vec<u32> {
     plane.data().iter().map(|value| value.to_bits()).collect()
 }
 
@@ -117,7 +125,7 @@ fn lights_leave_no_streaks_behind_squares() {
 }
 
 /// 20 log10 of the reference's largest value over the root of the mean square of the difference.
-fn decibels(a: &Plane, b: &Plane) -> f64 {
+pub fn decibels(a: &Plane, b: &Plane) -> f64 {
     let (a, b) = (Grid::from_plane(a), Grid::from_plane(b));
     let difference = a.zip(&b, |a, b| (a - b).powi(2)).sum() / a.data.len() as f64;
     10.0 * (a.largest().powi(2) / difference).log10()
