@@ -14,6 +14,7 @@ mod place;
 mod quality;
 mod same;
 mod speed;
+mod spreading_figures;
 mod table;
 
 use anyhow::Result;
@@ -35,6 +36,8 @@ enum Command {
     Quality(quality::Options),
     /// The papers' figures with our scenes: each failure and its cure.
     Figures(figures::Options),
+    /// The third paper's figures 2 to 7: levels, matrices, sites.
+    SpreadingFigures(spreading_figures::Options),
     /// Frames per second, time per unknown, memory.
     Speed(speed::Options),
     /// A GPU: solvers, whole frames, storage; beside the papers, a memory copy and cuSPARSE.
@@ -48,6 +51,7 @@ fn main() -> Result<()> {
         Command::Jacobi(options) => jacobi::run(&options),
         Command::Quality(options) => quality::run(&options),
         Command::Figures(options) => figures::run(&options),
+        Command::SpreadingFigures(options) => spreading_figures::run(&options),
         Command::Speed(options) => speed::run(&options),
         Command::Gpu(options) => gpu::run(&options),
         Command::Same(options) => same::run(&options),

@@ -54,7 +54,7 @@ impl Default for Tensor {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sites {
-    /// In the middle of each leaf of a quadtree over the circles of confusion: every pixel is in a leaf that suits its circle.
+    /// In the middle of each leaf of a quadtree over the circles of confusion: every pixel is in a leaf that suits its circle, and all around.
     #[default]
     Quadtree,
     /// At pixels whose place is a multiple of their own skip level, which is the spacing rounded down (third paper, Program 3).
@@ -108,7 +108,7 @@ pub fn gathered(variance: f64, distance: f64) -> f64 {
     0.5 * variance * (1.0 - (1.0 - FOUR_K * distance * distance / variance).max(0.0).sqrt())
 }
 
-/// How much larger than its least circle the largest one in a leaf may be.
+/// How much larger than the least circle the largest one in and around a leaf may be.
 pub const EVEN: f32 = 1.25;
 
 /// Sites that are continued beyond each border, at most: the spacing is at least half of what is allowed, except where
@@ -134,8 +134,8 @@ impl Tensor {
         self.spacing as f32 * 0.25 * diameter
     }
 
-    /// Whether a cell of 2^`level` pixels, whose circles have `least` to `most` pixels along their narrower axis, can be a
-    /// leaf with one site. Whatever lies in a cell that can, can.
+    /// Whether a cell of 2^`level` pixels can be a leaf with one site, if circles in it and in the eight cells of its size around it, from
+    /// which it gathers as well, have `least` to `most` pixels along their narrower axis. Whatever lies in a cell that can, can.
     #[inline(always)]
     pub fn fits(self, level: usize, least: f32, most: f32) -> bool {
         level == 0 || ((1u64 << level) as f32 <= self.distance(least) && most <= EVEN * least)

@@ -63,10 +63,14 @@ impl TensorFilter<'_> {
         if left >= right || top >= below {
             return;
         }
-        let circles = (top..below).flat_map(|y| (left..right).map(move |x| (x, y)));
-        let (least, most) = circles
-            .map(|(x, y)| self.circle(x, y))
-            .fold((f64::INFINITY, 0.0f64), |(least, most), c| (least.min(c), most.max(c)));
+        let ends = |from: [usize; 2], to: [usize; 2]| {
+            let circles = (from[1]..to[1]).flat_map(|y| (from[0]..to[0]).map(move |x| self.circle(x, y)));
+            circles.fold((f64::INFINITY, 0.0f64), |(least, most), c| (least.min(c), most.max(c)))
+        };
+        // A site gathers from the nodes around its own too.
+        let around = [left, top].map(|at| at.saturating_sub(side));
+        let ending = [(right + side).min(self.diameter.width), (below + side).min(self.diameter.height)];
+        let (least, most) = ends(around, ending);
         let suits = side as f64 <= self.settings.spacing * least / 4.0 && most <= f64::from(EVEN) * least;
         if side > 1 && !suits {
             let half = side / 2;
@@ -75,6 +79,7 @@ impl TensorFilter<'_> {
             }
             return;
         }
+        let (least, most) = ends([left, top], [right, below]);
         let variance = (least * least + most * most) / 32.0 / self.vertical_scale.min(1.0).powi(2);
         let middle = (side as f64 - 1.0) / 2.0;
         let at = [left as f64 + middle, top as f64 + middle];
@@ -144,7 +149,10 @@ fn gaussian(at: f64, variance: f64, lattice: bool, length: usize) -> Vec<f64> {
         return distances.map(|d| f64::from(u8::from(d == 0.0))).collect();
     }
     if lattice {
-        return distances.map(|d| lattice_gaussian(variance, d.abs() as usize)).collect();
+        // Nothing of f64's is left beyond nine deviations and the narrow ones' tail.
+        let reach = 9.0 * variance.sqrt() + 20.0;
+        let of = |d: f64| if d.abs() > reach { 0.0 } else { lattice_gaussian(variance, d.abs() as usize) };
+        return distances.map(of).collect();
     }
     let of = |d: f64| (-d * d / (2.0 * variance)).exp();
     let reach = (9.0 * variance.sqrt()).ceil() + 2.0;

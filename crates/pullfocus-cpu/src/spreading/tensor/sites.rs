@@ -85,9 +85,35 @@ struct Cells {
     height: usize,
     least: Vec<f32>,
     most: Vec<f32>,
+    /// Which of them can be leaves; for cells of more than a pixel.
+    fits: Vec<bool>,
 }
 
 impl Cells {
+    /// Fills `fits`: a site gathers from the cells around its own too, which have to suit it.
+    fn judge(&mut self, call: &Call<'_>, level: usize) -> Result<()> {
+        let Self { width, height, least, most, fits } = self;
+        let (width, height) = (*width, *height);
+        zeros(fits, width * height, "the circles of a quadtree", call.size())?;
+        fits.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            let rows = y.saturating_sub(1)..(y + 2).min(height);
+            let column = |x: usize| {
+                rows.clone()
+                    .map(|y| y * width + x)
+                    .fold((f32::INFINITY, 0.0f32), |(low, high), at| (low.min(least[at]), high.max(most[at])))
+            };
+            let join = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
+            let (mut before, mut this) = (column(0), column(0));
+            for (x, fits) in row.iter_mut().enumerate() {
+                let after = column((x + 1).min(width - 1));
+                let (low, high) = join(join(before, this), after);
+                *fits = call.spread.tensor.fits(level, low, high);
+                (before, this) = (this, after);
+            }
+        });
+        Ok(())
+    }
+
     fn ends(&self, x: usize, y: usize) -> (f32, f32) {
         let at = y * self.width + x;
         (self.least[at], self.most[at])
@@ -181,7 +207,7 @@ impl Sites {
         let tensor = call.spread.tensor;
         self.cells.truncate(1);
         self.cells.resize_with(1, Cells::default);
-        let Cells { width, height, least, most } = &mut self.cells[0];
+        let Cells { width, height, least, most, .. } = &mut self.cells[0];
         (*width, *height) = (size.width, size.height);
         zeros(least, size.area(), "the circles of a quadtree", size)?;
         least.par_chunks_mut(size.width).enumerate().for_each(|(y, row)| {
@@ -213,20 +239,17 @@ impl Sites {
             };
             fold(&fine.least, &mut coarse.least, f32::min)?;
             fold(&fine.most, &mut coarse.most, f32::max)?;
+            coarse.judge(call, level)?;
             self.cells.push(coarse);
         }
     }
 
     /// Finds the leaves of one size.
     fn leaves(&mut self, call: &Call<'_>, level: usize) -> Result<()> {
-        let tensor = call.spread.tensor;
         let cells = &self.cells;
         let Cells { width, height, .. } = cells[level];
         let fits = |level: usize, x: usize, y: usize| {
-            cells.get(level).is_some_and(|cells| {
-                let (least, most) = cells.ends(x, y);
-                tensor.fits(level, least, most)
-            })
+            level == 0 || cells.get(level).is_some_and(|cells| cells.fits[y * cells.width + x])
         };
         // Circles were measured along the narrower axis.
         let narrower = f64::from(call.spread.vertical_scale.min(1.0)).powi(2);

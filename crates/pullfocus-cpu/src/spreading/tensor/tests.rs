@@ -39,25 +39,25 @@ fn every_choice_matches_the_f64_reference() {
         scenes::plane(SIZE, |x, y| if (x / 9 + y / 7) % 3 == 0 { 0.3 } else { 0.71 * x as f32 - 3.0 }),
     ];
     for circle in &circles {
-        for vertical_scale in [0.6, 1.0, 1.5] {
-            for gamma in [None, Some(&matte)] {
-                for settings in all() {
-                    let (diameter, x) = (Grid::from_plane(circle), Grid::from_plane(&values));
-                    let scale = f64::from(vertical_scale);
-                    let filter = TensorFilter { settings, diameter: &diameter, vertical_scale: scale };
-                    let weights = gamma.map(Grid::from_plane);
-                    let expected = normalised(&x, weights.as_ref(), |values| filter.apply(values));
+        for (vertical_scale, gamma) in [(0.6, None), (1.0, None), (1.0, Some(&matte)), (1.5, Some(&matte))] {
+            for sites in [Sites::Quadtree, Sites::Skip] {
+                let (diameter, x) = (Grid::from_plane(circle), Grid::from_plane(&values));
+                let (settings, scale) = (Tensor { sites, ..Tensor::default() }, f64::from(vertical_scale));
+                let filter = TensorFilter { settings, diameter: &diameter, vertical_scale: scale };
+                let weights = gamma.map(Grid::from_plane);
+                let expected = normalised(&x, weights.as_ref(), |values| filter.apply(values));
+                for settings in all().filter(|settings| settings.sites == sites) {
                     let found =
                         blurred(&values, &Spread { vertical_scale, gamma, ..tensor(settings, circle) });
                     let error = expected.distance_to(&found) / 3.0;
                     let least = match (settings.gather, settings.spread, settings.sites) {
-                        // Gaussians are cut at four deviations.
-                        (Gathering::Naive, Spreading::Naive, _) => 1e-3,
+                        // Gaussians are cut at four deviations, 6e-5 of them.
+                        (Gathering::Naive, Spreading::Naive, _) => 1e-4,
                         // Three boxes of 1 to 3 pixels are no Gaussian yet, and noise is made of such waves.
-                        (Gathering::RepeatedIntegration, _, Sites::Skip) => 0.3,
-                        (Gathering::RepeatedIntegration, _, Sites::Quadtree) => 0.03,
-                        // The pyramid's Gaussians have their moments, not each value, and lattices of cells.
-                        _ => 0.02,
+                        (Gathering::RepeatedIntegration, _, Sites::Skip) => 0.02,
+                        (Gathering::RepeatedIntegration, _, Sites::Quadtree) => 0.006,
+                        // The pyramid's Gaussians have their moments, not each value.
+                        _ => 5e-3,
                     };
                     assert!(error < least, "{settings:?} {vertical_scale}: {error:e}");
                 }
@@ -155,8 +155,8 @@ fn an_even_blur_is_the_naive_gaussian_to_the_borders() {
             let found = decibels(&naive, &blurred(picture, &tensor(Tensor::default(), &circle)));
             assert!(found > 50.0, "{c}: {found} dB");
             let found = decibels(&naive, &blurred(picture, &tensor(NAIVE, &circle)));
-            // The pattern's 1e-3, which is the worst wave's.
-            assert!(found > 60.0, "{c}, naive steps: {found} dB");
+            // Beside the largest of the result, where naive spreading's lattice and a sampled Gaussian differ by 1 / 8 v of the peak.
+            assert!(found > 54.0, "{c}, naive steps: {found} dB");
         }
     }
 }
@@ -176,33 +176,31 @@ fn skip_levels_miss_small_things_and_quadtrees_do_not() {
         bits(&values),
         "the thing has no site, and stays as sharp as it was"
     );
-    // The pyramid's own 50 dB: every pixel of the thing has a site of its own.
+    // Every pixel of the thing has a site of its own, which spreads as naive spreading does, and beyond it sharp pixels outweigh all that arrives.
     let found = decibels(&naive, &of_sites(Sites::Quadtree));
-    assert!(found > 50.0 && naive.at(61, 43) < 0.5, "{found}");
+    assert!(found > 60.0 && naive != values, "{found}");
 }
 
 #[test]
 fn constants_keep_every_bit_at_any_size_and_with_any_circle() {
-    for size in [Size::new(1, 1), Size::new(1, 7), Size::new(2, 3), Size::new(33, 1), Size::new(37, 23)] {
-        let odd = scenes::plane(size, |x, y| match (x * 5 + y * 3) % 7 {
+    for size in [Size::new(1, 1), Size::new(2, 3), Size::new(33, 1), Size::new(23, 14)] {
+        let odd = scenes::plane(size, |x, y| match (x * 5 + y * 3) % 97 {
             0 => f32::NAN,
             1 => f32::NEG_INFINITY,
             2 => 1e30,
             3 => -9.0,
-            n => n as f32 * 6.5,
+            n => n as f32 * 0.7,
         });
         let matte = scenes::plane(size, |x, y| if (x + y) % 3 == 0 { 0.0 } else { 0.4 });
         let values = scenes::noise(size, -2.0, 65504.0, 3);
         for circle in [&odd, &scenes::constant(size, 31.0), &scenes::constant(size, f32::INFINITY)] {
             for settings in all() {
-                for gamma in [None, Some(&matte)] {
-                    for vertical_scale in [1.0, 0.3, 3.0] {
-                        let spreading = Spread { gamma, vertical_scale, ..tensor(settings, circle) };
-                        let even = scenes::constant(size, 0.7);
-                        assert_eq!(blurred(&even, &spreading), even, "{settings:?} {size}");
-                        let range = |v: &f32| (-2.0..=65504.0).contains(v);
-                        assert!(blurred(&values, &spreading).data().iter().all(range), "{settings:?} {size}");
-                    }
+                for (gamma, vertical_scale) in [(None, 3.0), (Some(&matte), 0.3)] {
+                    let spreading = Spread { gamma, vertical_scale, ..tensor(settings, circle) };
+                    let even = scenes::constant(size, 0.7);
+                    assert_eq!(blurred(&even, &spreading), even, "{settings:?} {size}");
+                    let range = |v: &f32| (-2.0..=65504.0).contains(v);
+                    assert!(blurred(&values, &spreading).data().iter().all(range), "{settings:?} {size}");
                 }
             }
         }
