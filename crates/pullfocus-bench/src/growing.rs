@@ -10,7 +10,7 @@ use clap::Args;
 use pullfocus::{Cancel, Picture, Plane, Size};
 use pullfocus_core::psf::variance;
 use pullfocus_core::pyramid::level_with;
-use pullfocus_core::{Aperture, Method, Mipmap, Psf, Quality};
+use pullfocus_core::{Aperture, Method, Mipmap, Psf, Quality, Tensor};
 use pullfocus_cpu::spreading::{Spread, SpreadBuffers, spread};
 
 /// Options of `growing`.
@@ -47,9 +47,9 @@ fn pattern(size: Size) -> Result<Plane> {
 fn blurred(pattern: &Plane, circle: &Plane, method: Method, mipmap: Mipmap) -> Result<Plane> {
     let mut plane = pattern.clone();
     let (psf, quality) = (Psf::Gaussian, Quality::Standard);
-    let aperture = &Aperture::DISC;
+    let (aperture, tensor) = (&Aperture::DISC, Tensor::default());
     let spreading =
-        Spread { method, psf, aperture, quality, mipmap, circle, gamma: None, vertical_scale: 1.0 };
+        Spread { method, psf, aperture, quality, mipmap, tensor, circle, gamma: None, vertical_scale: 1.0 };
     spread(&mut [&mut plane], &spreading, &mut SpreadBuffers::default(), &Cancel::new())?;
     Ok(plane)
 }

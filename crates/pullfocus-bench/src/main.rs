@@ -16,6 +16,7 @@ mod quality;
 mod same;
 mod speed;
 mod spreading;
+mod spreading_figures;
 mod squares;
 mod table;
 
@@ -44,6 +45,8 @@ enum Command {
     Spreading(spreading::Options),
     /// What square spreading's family costs, and how close it comes.
     Squares(squares::Options),
+    /// The third paper's figures 2 to 7: levels, matrices, sites.
+    SpreadingFigures(spreading_figures::Options),
     /// Frames per second, time per unknown, memory.
     Speed(speed::Options),
     /// A GPU: solvers, whole frames, storage; beside the papers, a memory copy and cuSPARSE.
@@ -60,6 +63,7 @@ fn main() -> Result<()> {
         Command::Growing(options) => growing::run(&options),
         Command::Spreading(options) => spreading::run(&options),
         Command::Squares(options) => squares::run(&options),
+        Command::SpreadingFigures(options) => spreading_figures::run(&options),
         Command::Speed(options) => speed::run(&options),
         Command::Gpu(options) => gpu::run(&options),
         Command::Same(options) => same::run(&options),

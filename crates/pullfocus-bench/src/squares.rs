@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::Args;
 use pullfocus::{Cancel, Picture, Plane, Size};
 use pullfocus_core::psf::{extended_box, variance};
-use pullfocus_core::{Aperture, Method, Mipmap, Psf, Quality};
+use pullfocus_core::{Aperture, Method, Mipmap, Psf, Quality, Tensor};
 use pullfocus_cpu::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_metrics::{display, psnr};
 use std::path::PathBuf;
@@ -204,9 +204,9 @@ fn octagons(picture: &Picture, circle: &Plane) -> Result<Picture> {
 fn ours(method: Method, psf: Psf, picture: &Picture, circle: &Plane) -> Result<Picture> {
     let mut picture = picture.clone();
     let (quality, mipmap) = (Quality::Standard, Mipmap::Linear);
-    let aperture = &Aperture::DISC;
+    let (aperture, tensor) = (&Aperture::DISC, Tensor::default());
     let spreading =
-        Spread { method, psf, aperture, quality, mipmap, circle, gamma: None, vertical_scale: 1.0 };
+        Spread { method, psf, aperture, quality, mipmap, tensor, circle, gamma: None, vertical_scale: 1.0 };
     let mut planes: Vec<&mut Plane> = picture.colors.iter_mut().collect();
     spread(&mut planes, &spreading, &mut SpreadBuffers::default(), &Cancel::new())?;
     Ok(picture)

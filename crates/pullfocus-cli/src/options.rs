@@ -207,6 +207,8 @@ pub enum MethodName {
     Square,
     /// Every pixel spread over a Gaussian through a pyramid, at the same cost for every size of circle
     Pyramid,
+    /// Averages gathered at few sites and spread again as Gaussians: the larger the blur, the faster (--tensor-sites)
+    Tensor,
     /// Every pixel spread over the aperture's own shape (--aperture), at the same cost for every size of circle: the
     /// default of preset final
     Aperture,
@@ -220,6 +222,38 @@ pub enum PsfName {
     Gaussian,
     /// The aperture itself
     Aperture,
+}
+
+/// Where the tensor filter's sites lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SitesName {
+    /// At the leaves of a quadtree over the circles, so that every pixel is served: the default
+    Quadtree,
+    /// By skip level, as in the paper: small blurred things can be missed
+    Skip,
+}
+
+/// How a site of the tensor filter gathers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GatherName {
+    /// Pixel by pixel
+    Naive,
+    /// On a level of the reduced picture: the default
+    Pyramid,
+    /// From sums of sums (Heckbert 1986)
+    RepeatedIntegration,
+}
+
+/// How a site of the tensor filter spreads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpreadName {
+    /// Pixel by pixel
+    Naive,
+    /// On a level of a pyramid: the default
+    Pyramid,
 }
 
 /// How finely the pyramid draws.
@@ -358,6 +392,18 @@ options! {
         /// What --method pyramid does with a size between two levels.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         mipmap: MipmapName,
+        /// Where --method tensor has its sites.
+        #[arg(long, value_name = "NAME", help_heading = "Blur")]
+        tensor_sites: SitesName,
+        /// How far apart they lie at most, in standard deviations of the blur, 0.25 to 0.84; 0.6 by default.
+        #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Blur")]
+        tensor_spacing: Number,
+        /// How each of them gathers.
+        #[arg(long, value_name = "NAME", help_heading = "Blur")]
+        tensor_gather: GatherName,
+        /// How each of them spreads.
+        #[arg(long, value_name = "NAME", help_heading = "Blur")]
+        tensor_spread: SpreadName,
         /// Which layers the picture is taken apart into.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         layering: LayeringName,

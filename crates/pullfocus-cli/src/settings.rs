@@ -2,8 +2,8 @@
 
 use crate::failure::{Failure, Result};
 use crate::options::{
-    Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, MipmapName,
-    PresetName, PsfName, QualityName, SolverName,
+    Blur, CalibrationName, Circle, Depth, DepthForm, GatherName, IntegratorName, LayeringName, MethodName,
+    MipmapName, PresetName, PsfName, QualityName, SitesName, SolverName, SpreadName,
 };
 use crate::values::{DeviceChoice, Largest, Number, Shape};
 use pullfocus::Device;
@@ -11,9 +11,10 @@ use pullfocus_core::aperture::{MOST_MASK_SIDE, Mask};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
+use pullfocus_core::tensor::{Gathering, LEAST_SPACING, MOST_SPACING, Sites, Spreading};
 use pullfocus_core::{
     Aperture, ApertureShape, CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method,
-    Mipmap, Preset, Psf, Quality, Settings, Solver,
+    Mipmap, Preset, Psf, Quality, Settings, Solver, Tensor,
 };
 use pullfocus_io::Limits;
 use std::path::Path;
@@ -46,6 +47,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         aperture: aperture(blur)?,
         quality,
         mipmap: mipmap(blur, method)?,
+        tensor: tensor(blur)?,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
     };
@@ -130,6 +132,7 @@ pub fn method_of(name: MethodName) -> Method {
         MethodName::Square => Method::Square,
         MethodName::Pyramid => Method::Pyramid,
         MethodName::Aperture => Method::Aperture,
+        MethodName::Tensor => Method::Tensor,
     }
 }
 
@@ -206,6 +209,44 @@ fn mipmap(blur: &Blur, method: Method) -> Result<Mipmap> {
         Some(MipmapName::Nearest) => Ok(Mipmap::Nearest),
         Some(MipmapName::Linear) | None => Ok(Mipmap::Linear),
     }
+}
+
+/// The first option given that says how the tensor filter works.
+fn of_tensor(blur: &Blur) -> Option<&'static str> {
+    let given = [
+        (blur.tensor_sites.is_some(), "--tensor-sites"),
+        (blur.tensor_spacing.is_some(), "--tensor-spacing"),
+        (blur.tensor_gather.is_some(), "--tensor-gather"),
+        (blur.tensor_spread.is_some(), "--tensor-spread"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, name)| name)
+}
+
+fn tensor(blur: &Blur) -> Result<Tensor> {
+    if let Some(option) = of_tensor(blur).filter(|_| blur.method != Some(MethodName::Tensor)) {
+        return Err(Failure::usage(format!("{option} goes with --method tensor")));
+    }
+    let preset = Tensor::default();
+    let spacing = blur.tensor_spacing.map_or(preset.spacing, |spacing| spacing.0);
+    if !(LEAST_SPACING..=MOST_SPACING).contains(&spacing) {
+        return usage("--tensor-spacing must lie between 0.25 and 0.84 standard deviations");
+    }
+    Ok(Tensor {
+        sites: match blur.tensor_sites {
+            Some(SitesName::Skip) => Sites::Skip,
+            Some(SitesName::Quadtree) | None => Sites::Quadtree,
+        },
+        spacing,
+        gather: match blur.tensor_gather {
+            Some(GatherName::Naive) => Gathering::Naive,
+            Some(GatherName::RepeatedIntegration) => Gathering::RepeatedIntegration,
+            Some(GatherName::Pyramid) | None => Gathering::Pyramid,
+        },
+        spread: match blur.tensor_spread {
+            Some(SpreadName::Naive) => Spreading::Naive,
+            Some(SpreadName::Pyramid) | None => Spreading::Pyramid,
+        },
+    })
 }
 
 fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
@@ -384,6 +425,8 @@ mod tests {
         refused("method = 'square'\nquality = 'fine'", "--method pyramid");
         refused("method = 'pyramid'\npsf = 'aperture'", "--method naive or gather");
         refused("method = 'naive'\nmipmap = 'linear'", "--method pyramid");
+        refused("method = 'pyramid'\ntensor-sites = 'skip'", "--tensor-sites goes with --method tensor");
+        refused("method = 'tensor'\ntensor-spacing = 2", "between 0.25 and 0.84");
         refused("front = -1", "--front");
         refused("depth-scale = 2", "disparity");
         refused("depth = 'disparity'", "--depth-scale");
@@ -409,6 +452,13 @@ mod tests {
         let alone = made("method = 'pyramid'\nmipmap = 'nearest'").unwrap();
         assert_eq!(alone.mipmap, Mipmap::Nearest);
         assert_eq!(made("method = 'pyramid'\nmipmap = 'linear'").unwrap().mipmap, Mipmap::Linear);
+        let tensor = made("method = 'tensor'").unwrap();
+        assert_eq!((tensor.method, tensor.tensor), (Method::Tensor, Tensor::default()));
+        let paper =
+            "tensor-sites = 'skip'\ntensor-gather = 'naive'\ntensor-spread = 'naive'\ntensor-spacing = 0.5";
+        let (sites, gather, spread) = (Sites::Skip, Gathering::Naive, Spreading::Naive);
+        let expected = Tensor { sites, spacing: 0.5, gather, spread };
+        assert_eq!(made(&format!("method = 'tensor'\n{paper}")).unwrap().tensor, expected);
     }
 
     #[test]

@@ -112,9 +112,15 @@ pub fn method(file: &mut Blur, flags: &Blur) {
         if method != MethodName::Pyramid {
             (file.quality, file.mipmap) = (None, None);
         }
+        if method != MethodName::Tensor {
+            (file.tensor_sites, file.tensor_spacing) = (None, None);
+            (file.tensor_gather, file.tensor_spread) = (None, None);
+        }
     } else if of_diffusion(flags).is_some() && file.method != Some(MethodName::Diffusion) {
         (file.method, file.quality, file.mipmap) = (None, None, None);
         without_aperture(file);
+        (file.tensor_sites, file.tensor_spacing) = (None, None);
+        (file.tensor_gather, file.tensor_spread) = (None, None);
     } else if flags.psf == Some(PsfName::Gaussian) {
         without_aperture(file);
     }
@@ -173,6 +179,9 @@ mod tests {
         let fine = "method = 'pyramid'\nquality = 'fine'\nmipmap = 'nearest'";
         over("method = 'square'", fine, "method = 'square'");
         over("method = 'pyramid'", fine, fine);
+        let sites = "method = 'tensor'\ntensor-sites = 'skip'\ntensor-spacing = 0.5\ntensor-gather = 'naive'";
+        over("method = 'square'", sites, "method = 'square'");
+        over("integrator = 'rational'", sites, "integrator = 'rational'");
         over("steps = 2\nintegrator = 'backward-euler'", fine, "steps = 2\nintegrator = 'backward-euler'");
         let jacobi = "integrator = 'backward-euler'\nsteps = 2\nsolver = 'jacobi'\nsweeps = 9\nlayers = 2";
         over("method = 'naive'", jacobi, "method = 'naive'\nlayers = 2");

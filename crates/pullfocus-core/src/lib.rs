@@ -33,6 +33,7 @@ pub mod size;
 pub mod spans;
 pub mod split;
 pub mod srgb;
+pub mod tensor;
 
 pub use aperture::{Aperture, ApertureShape};
 pub use camera::{Camera, Lens};
@@ -50,3 +51,4 @@ pub use report::Report;
 pub use scene::{Distance, Element, Scene};
 pub use settings::{Preset, Settings, Storage};
 pub use size::Size;
+pub use tensor::Tensor;

@@ -22,6 +22,9 @@ pub enum Method {
     /// Every pixel is spread over a Gaussian with the disc's variance, as a small one on the level of a pyramid (third paper,
     /// section 5). The cost is the same for every circle.
     Pyramid,
+    /// Sites that lie farther apart the larger the blur: each gathers an average and spreads it as a Gaussian (third paper, section
+    /// 6); its settings are [`crate::Settings::tensor`].
+    Tensor,
     /// Every pixel is spread over the lens's aperture ([`crate::Aperture`]), as spans of rows on the level of a pyramid
     /// ([`crate::spans`]). The cost is the same for every circle.
     Aperture,
@@ -29,8 +32,15 @@ pub enum Method {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 6] =
-        [Self::Diffusion, Self::Naive, Self::Gather, Self::Square, Self::Pyramid, Self::Aperture];
+    pub const ALL: [Self; 7] = [
+        Self::Diffusion,
+        Self::Naive,
+        Self::Gather,
+        Self::Square,
+        Self::Pyramid,
+        Self::Tensor,
+        Self::Aperture,
+    ];
 
     /// Whether [`Psf`] is this method's to choose.
     pub fn has_psf(self) -> bool {
@@ -97,7 +107,7 @@ impl Psf {
         if self != Self::Gaussian && !method.has_psf() {
             return Err(Error::Unsupported {
                 what: "a psf other than Gaussian",
-                reason: "only the methods naive and gather have a choice of psf; pyramid is Gaussian, square a square",
+                reason: "only the methods naive and gather have a choice of psf; pyramid and tensor are Gaussian, square a square",
             });
         }
         Ok(())

@@ -6,6 +6,7 @@ use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
 use crate::layers::Layering;
 use crate::method::{Method, Mipmap, Psf, Quality};
+use crate::tensor::Tensor;
 use serde::{Deserialize, Serialize};
 
 /// The settings of a render; the same for every backend. The default is general layers by diffusion, which every device has.
@@ -26,6 +27,8 @@ pub struct Settings {
     pub quality: Quality,
     /// What the pyramid does between two levels.
     pub mipmap: Mipmap,
+    /// How the tensor filter blurs a layer.
+    pub tensor: Tensor,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Mend anti-aliased depth before it is used.
@@ -80,6 +83,7 @@ impl Settings {
         self.layering.check()?;
         self.psf.check(self.method)?;
         self.aperture.check()?;
+        self.tensor.check()?;
         self.diffusion.check()
     }
 }

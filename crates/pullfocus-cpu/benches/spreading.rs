@@ -5,7 +5,8 @@
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use pullfocus_core::{Aperture, Cancel, Method, Mipmap, Plane, Psf, Quality, Size};
+use pullfocus_core::tensor::{Gathering, Sites, Spreading};
+use pullfocus_core::{Aperture, Cancel, Method, Mipmap, Plane, Psf, Quality, Size, Tensor};
 use pullfocus_cpu::spreading::{Spread, SpreadBuffers, spread};
 use std::time::Duration;
 
@@ -49,12 +50,34 @@ fn in_size(c: &mut Criterion, size: Size) {
                 aperture: &Aperture::DISC,
                 quality,
                 mipmap,
+                tensor: Tensor::default(),
                 circle,
                 gamma: None,
                 vertical_scale: 1.0,
             };
             let mut buffers = SpreadBuffers::default();
             group.bench_function(BenchmarkId::new(name, width), |b| {
+                b.iter(|| {
+                    let mut planes: Vec<&mut Plane> = planes.iter_mut().collect();
+                    spread(&mut planes, &spreading, &mut buffers, &Cancel::new()).unwrap();
+                });
+            });
+        }
+    }
+    // The tensor filter by its steps; the paper's own are the second.
+    let quadtree = Tensor::default();
+    let naive = Tensor { gather: Gathering::Naive, spread: Spreading::Naive, ..quadtree };
+    let repeated = Tensor { gather: Gathering::RepeatedIntegration, ..quadtree };
+    let skip = Tensor { sites: Sites::Skip, ..quadtree };
+    let choices =
+        [("", quadtree), (", naive", naive), (", repeated integration", repeated), (", skip", skip)];
+    for (name, tensor) in choices {
+        for (width, circle, _) in &circles {
+            let (psf, quality) = (Psf::Gaussian, Quality::Standard);
+            let method = Method::Tensor;
+            let spreading = Spread { method, psf, quality, tensor, circle, gamma: None, vertical_scale: 1.0 };
+            let mut buffers = SpreadBuffers::default();
+            group.bench_function(BenchmarkId::new(format!("tensor{name}"), width), |b| {
                 b.iter(|| {
                     let mut planes: Vec<&mut Plane> = planes.iter_mut().collect();
                     spread(&mut planes, &spreading, &mut buffers, &Cancel::new()).unwrap();

@@ -6,7 +6,7 @@ use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
     Aperture, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality, Report, Result,
-    Settings, Solver,
+    Settings, Solver, Tensor,
 };
 use std::time::Instant;
 
@@ -33,6 +33,8 @@ pub struct Work<'a> {
     pub quality: Quality,
     /// What the pyramid does between two levels.
     pub mipmap: Mipmap,
+    /// How the tensor filter works.
+    pub tensor: Tensor,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Pixels of height for one pixel of width.
@@ -69,6 +71,7 @@ impl<'a> Work<'a> {
             aperture: &settings.aperture,
             quality: settings.quality,
             mipmap: settings.mipmap,
+            tensor: settings.tensor,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,
@@ -93,6 +96,7 @@ impl<'a> Work<'a> {
             aperture: self.aperture,
             quality: self.quality,
             mipmap: self.mipmap,
+            tensor: self.tensor,
             circle,
             gamma,
             vertical_scale,

@@ -9,9 +9,10 @@ use crate::table::Table;
 use anyhow::Result;
 use cases::{Case, Pictures};
 use clap::Args;
+use pullfocus::tensor::{Gathering, Spreading};
 use pullfocus::{
     Cancel, Distance, Element, Frame, Layering, Method, Mipmap, Picture, Plane, Quality, Renderer, Scene,
-    Settings, Size,
+    Settings, Size, Tensor,
 };
 use pullfocus_metrics::{display, flip, psnr};
 use std::time::Instant;
@@ -41,16 +42,16 @@ fn with(method: Method) -> Settings {
 fn rows() -> Vec<Row> {
     let row = |name, settings, paper| Row { name, settings, paper };
     let pyramid = with(Method::Pyramid);
+    let naive = Tensor { gather: Gathering::Naive, spread: Spreading::Naive, ..Tensor::default() };
     vec![
         row("square", with(Method::Square), &[(8, 269.3), (9, 227.5), (10, 73.0), (11, 19.9)]),
         row("pyramid", pyramid.clone(), &[(8, 12.1), (9, 8.5), (10, 3.3), (11, 1.5)]),
         row("pyramid, one level", Settings { mipmap: Mipmap::Nearest, ..pyramid.clone() }, &[]),
         row("pyramid, fine", Settings { quality: Quality::Fine, ..pyramid }, &[]),
+        row("tensor, naive steps", Settings { tensor: naive, ..with(Method::Tensor) }, &[(12, 5.1)]),
+        row("tensor, pyramid steps", with(Method::Tensor), &[(12, 5.5)]),
     ]
 }
-
-/// The paper's two forms of the tensor method, figure 12.
-const TENSOR: [(&str, f64); 2] = [("naive steps", 5.1), ("pyramid steps", 5.5)];
 
 /// What one method came to on one picture.
 struct Entry {
@@ -234,14 +235,13 @@ fn report(outcomes: &[Outcome], rows: &[Row], costs: &Table) -> String {
             }
         }
     }
-    let tensor = TENSOR.map(|(name, ratio)| format!("{ratio} with {name}")).join(", ");
     let mut text = format!(
         "# Spreading\n\n{}\n\n\
          Figures 8 to 12 of the third paper again, with pictures of ours: seconds of processor time of all threads together and\n\
          ratios to naive spreading of Gaussians; one layer, a warm renderer (naive once, the others the best of four); PSNR and FLIP to naive spreading, on sRGB clipped to 0..1; and how many values are\n\
          within 0.01 max(|b|, 0.05) of naive spreading's b, unclipped. The paper does not say how large its pictures and blurs are, so its ratios are beside ours\n\
          for their order of magnitude: naive spreading costs what its blur's area does, the others do not.\n\n\
-         ## Beside the paper\n\n{}\nThe paper's tensor filter, figure 12: {tensor}.\n\n",
+         ## Beside the paper\n\n{}\n",
         provenance(),
         paper.to_markdown(),
     );

@@ -168,7 +168,7 @@ impl Band<'_, '_> {
 
 /// The sum of products, in eight sums side by side.
 #[inline(always)]
-fn dot(values: &[f32], weights: &[f32]) -> f32 {
+pub fn dot(values: &[f32], weights: &[f32]) -> f32 {
     const LANES: usize = 8;
     let mut sums = [0.0f32; LANES];
     let (mut a, mut b) = (values.chunks_exact(LANES), weights.chunks_exact(LANES));

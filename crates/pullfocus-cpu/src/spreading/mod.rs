@@ -21,12 +21,13 @@ mod footprint;
 mod pyramid;
 mod splats;
 mod square;
+mod tensor;
 #[cfg(test)]
 mod tests;
 
 use crate::rows::{fold_rows, for_each_row};
 use pullfocus_core::scheme::LEAST_GAMMA;
-use pullfocus_core::{Aperture, Cancel, Error, Method, Mipmap, Plane, Psf, Quality, Result, Size};
+use pullfocus_core::{Aperture, Cancel, Error, Method, Mipmap, Plane, Psf, Quality, Result, Size, Tensor};
 
 /// Which spreading, and what it spreads over.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +40,8 @@ pub struct Spread<'a> {
     pub aperture: &'a Aperture,
     /// How finely the pyramid draws.
     pub quality: Quality,
+    /// How the tensor filter works.
+    pub tensor: Tensor,
     /// What the pyramid does between two levels.
     pub mipmap: Mipmap,
     /// Diameters of the circle of confusion in pixels of width; where they are negative, in front of focus, the aperture is
@@ -65,6 +68,7 @@ struct MethodBuffers {
     square: square::Sums,
     pyramid: pyramid::Pyramid,
     aperture: aperture::Shapes,
+    tensor: tensor::Buffers,
 }
 
 impl Spread<'_> {
@@ -134,10 +138,11 @@ pub fn spread(
     }
     for ((plane, sum), (low, high)) in planes.iter_mut().zip(sums).zip(ranges) {
         for_each_row(plane, cancel, |y, row| {
-            for ((value, &sum), &weight) in row.iter_mut().zip(sum.row(y)).zip(weight.row(y)) {
-                let mean = sum / weight;
-                // No weight at all leaves the pixel as it is, whose weight is the least.
-                *value = if weight > 0.0 { mean.clamp(low, high) } else { (*value).clamp(low, high) };
+            for (x, ((value, &sum), &weight)) in row.iter_mut().zip(sum.row(y)).zip(weight.row(y)).enumerate()
+            {
+                // No weight at all leaves the pixel as it is.
+                let own = || *value / spread.gamma.map_or(1.0, |gamma| at_least(gamma.at(x, y)));
+                *value = if weight > 0.0 { sum / weight } else { own() }.clamp(low, high);
             }
         })?;
     }
@@ -173,6 +178,7 @@ fn add_up(
         Method::Square => square::add_up(inputs, spread, outputs, &mut buffers.square, cancel),
         Method::Pyramid => pyramid::add_up(inputs, spread, outputs, &mut buffers.pyramid, cancel),
         Method::Aperture => aperture::add_up(inputs, spread, outputs, &mut buffers.aperture, cancel),
+        Method::Tensor => tensor::add_up(inputs, spread, outputs, &mut buffers.tensor, cancel),
         Method::Diffusion => {
             Err(Error::Unsupported { what: "diffusion", reason: "it is no spreading method" })
         }

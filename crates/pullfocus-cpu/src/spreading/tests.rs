@@ -7,7 +7,7 @@ use pullfocus_testkit::reference::spreading::{Shape, Spreading, normalised};
 use pullfocus_testkit::{Grid, scenes};
 use std::time::Duration;
 
-const SIZE: Size = Size { width: 61, height: 43 };
+pub const SIZE: Size = Size { width: 61, height: 43 };
 
 /// Apertures of every kind.
 fn apertures() -> Vec<Aperture> {
@@ -24,9 +24,18 @@ fn apertures() -> Vec<Aperture> {
 }
 
 /// With a disc, where the method takes the aperture.
-fn of<'a>(method: Method, psf: Psf, circle: &'a Plane, gamma: Option<&'a Plane>) -> Spread<'a> {
-    let (aperture, quality, mipmap) = (&Aperture::DISC, Quality::Standard, Mipmap::Linear);
-    Spread { method, psf, aperture, quality, mipmap, circle, gamma, vertical_scale: 1.0 }
+pub fn of<'a>(method: Method, psf: Psf, circle: &'a Plane, gamma: Option<&'a Plane>) -> Spread<'a> {
+    Spread {
+        method,
+        psf,
+        aperture: &Aperture::DISC,
+        quality: Quality::Standard,
+        mipmap: Mipmap::Linear,
+        tensor: Tensor::default(),
+        circle,
+        gamma,
+        vertical_scale: 1.0,
+    }
 }
 
 /// Every method with every PSF that it has.
@@ -38,21 +47,21 @@ fn all() -> impl Iterator<Item = (Method, Psf)> {
     })
 }
 
-fn blurred(plane: &Plane, spreading: &Spread<'_>) -> Plane {
+pub fn blurred(plane: &Plane, spreading: &Spread<'_>) -> Plane {
     let mut plane = plane.clone();
     spread(&mut [&mut plane], spreading, &mut SpreadBuffers::default(), &Cancel::new()).unwrap();
     plane
 }
 
 /// The sums before they are divided, and the weight.
-fn sums(plane: &Plane, spreading: &Spread<'_>) -> [Plane; 2] {
+pub fn sums(plane: &Plane, spreading: &Spread<'_>) -> [Plane; 2] {
     let mut outputs = [plane.clone(), plane.clone()];
     let [sum, weight] = &mut outputs;
     add_up(&[plane], spreading, &mut [sum, weight], &mut MethodBuffers::default(), &Cancel::new()).unwrap();
     outputs
 }
 
-fn bits(plane: &Plane) -> Vec<u32> {
+pub fn bits(plane: &Plane) -> Vec<u32> {
     plane.data().iter().map(|value| value.to_bits()).collect()
 }
 
@@ -139,7 +148,7 @@ fn lights_leave_no_streaks_behind_squares() {
 }
 
 /// 20 log10 of the reference's largest value over the root of the mean square of the difference.
-fn decibels(a: &Plane, b: &Plane) -> f64 {
+pub fn decibels(a: &Plane, b: &Plane) -> f64 {
     let (a, b) = (Grid::from_plane(a), Grid::from_plane(b));
     let difference = a.zip(&b, |a, b| (a - b).powi(2)).sum() / a.data.len() as f64;
     10.0 * (a.largest().powi(2) / difference).log10()

@@ -26,6 +26,7 @@
 //! | foreground with behind | yes (same colour on both) | the foreground's coverage | backward Euler | yes |
 //! | naive, square, pyramid, before the division by the weight | no | yes | no | yes |
 //! | gather, before the division | yes, away from borders | no | yes, away from borders | yes |
+//! | tensor, before the division | no | where every pixel is a site; elsewhere nearly, where the blur is even | no | yes |
 //! | every spreading method, divided | yes, to the bit | no | yes | yes |
 
 mod compare;

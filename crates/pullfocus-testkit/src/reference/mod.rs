@@ -4,6 +4,7 @@ pub mod diffusion;
 pub mod layers;
 pub mod line;
 pub mod spreading;
+pub mod tensor;
 
 pub use diffusion::{diffuse, links};
 pub use line::Line;

@@ -31,7 +31,7 @@ pub struct Spreading<'a> {
 
 /// `exp(-t) I_n(t)` as the integral of `exp(t (cos a - 1)) cos(n a)` over a half turn. The sum over even steps converges
 /// faster than any power of their number.
-fn lattice_gaussian(t: f64, n: usize) -> f64 {
+pub(super) fn lattice_gaussian(t: f64, n: usize) -> f64 {
     let steps = 2 * n + 60 + (12.0 * t.sqrt()) as usize;
     let sum: f64 = (0..steps)
         .map(|i| (i as f64 + 0.5) * PI / steps as f64)

@@ -2,14 +2,13 @@
 
 use super::Shapes;
 use crate::spreading::{Spread, SpreadBuffers, spread};
-use pullfocus_core::{Aperture, Cancel, Error, Method, Mipmap, Plane, Psf, Quality, Size};
+use pullfocus_core::{Aperture, Cancel, Error, Method, Plane, Psf, Size};
 use pullfocus_testkit::reference::spreading::{Shape, Spreading, normalised};
 use pullfocus_testkit::{Grid, scenes};
 
 fn of<'a>(method: Method, aperture: &'a Aperture, circle: &'a Plane) -> Spread<'a> {
     let psf = if method == Method::Aperture { Psf::Gaussian } else { Psf::Aperture };
-    let (quality, mipmap) = (Quality::Standard, Mipmap::Linear);
-    Spread { method, psf, aperture, quality, mipmap, circle, gamma: None, vertical_scale: 1.0 }
+    Spread { aperture, ..crate::spreading::tests::of(method, psf, circle, None) }
 }
 
 fn blurred(plane: &Plane, spreading: &Spread<'_>) -> Plane {
