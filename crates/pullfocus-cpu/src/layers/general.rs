@@ -20,6 +20,7 @@
 use super::edges::{self, Edges};
 use super::fill::{Sources, enlarge_row, fill};
 use super::{census, over};
+use crate::bokeh::Shown;
 use crate::rows::rows_of;
 use crate::wide;
 use crate::work::Work;
@@ -53,7 +54,9 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
         return Ok(());
     }
     let leading = picture.colors.len().min(LEADING);
+    let colors = picture.colors.len();
     let mut planes: Vec<&mut Plane> = picture.planes_mut().collect();
+    let mut lights = work.take_lights(&mut planes[..colors], coc)?;
 
     let (split, scale, edges, filled) = work.stage("layers", |work| {
         let (split, scale) = census::split(work, coc, layers as usize)?;
@@ -104,6 +107,10 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
             .give(layer.colors.into_iter().chain([layer.circle, layer.squares]).chain(layer.coverage));
     }
 
+    if let Some(lights) = &mut lights {
+        let coverages: Vec<&Plane> = blurred.chunks_exact(count + 2).map(|layer| &layer[count]).collect();
+        work.stage("highlights", |work| lights.share_out(&coverages, work.cancel))?;
+    }
     for (i, layer) in blurred.chunks_exact_mut(count + 2).enumerate() {
         let Some((circle, values)) = layer.split_last_mut() else { continue };
         // The farthest covers everything, and that needs no blur.
@@ -117,7 +124,9 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
             }
             Ok(())
         })?;
+        work.add_lights(&mut lights, &mut planes[..colors], Shown::InLayer(i))?;
     }
+    work.give_lights(lights);
     work.memory.planes.give(blurred);
     Ok(())
 }

@@ -16,7 +16,7 @@
 //! alone, so the bytes are the same for any number of threads.
 
 mod brute;
-mod footprint;
+pub(crate) mod footprint;
 mod pyramid;
 mod splats;
 mod square;
