@@ -209,6 +209,16 @@ pub enum MethodName {
     Pyramid,
 }
 
+/// The shape of a point of light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PsfName {
+    /// A Gaussian as wide as the aperture: the default
+    Gaussian,
+    /// The aperture itself
+    Aperture,
+}
+
 /// How finely the pyramid draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -313,10 +323,22 @@ options! {
         /// How a layer is blurred.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         method: MethodName,
-        /// Shape of a point of light, for --method naive and gather: gaussian (the default), disc, or blades:N with N corners,
-        /// blades:N,DEG turned by DEG degrees.
+        /// Shape of a point of light, for --method naive and gather.
+        #[arg(long, value_name = "NAME", help_heading = "Blur")]
+        psf: PsfName,
+        /// The aperture: disc (the default), blades:N for an iris of N blades, or image:FILE for a picture of it (its longer
+        /// side spans the circle of confusion).
         #[arg(long, value_name = "SHAPE", help_heading = "Blur")]
-        psf: Shape,
+        aperture: Shape,
+        /// Degrees by which the aperture is turned, clockwise in the picture.
+        #[arg(long, value_name = "DEG", allow_negative_numbers = true, help_heading = "Blur")]
+        aperture_rotation: Number,
+        /// How far blades are bent, 0 for straight ones to 1 for a disc.
+        #[arg(long, value_name = "PART", allow_negative_numbers = true, help_heading = "Blur")]
+        aperture_roundness: Number,
+        /// Height of a point's image over its width: 2 for an anamorphic lens of squeeze 2.
+        #[arg(long, value_name = "RATIO", allow_negative_numbers = true, help_heading = "Blur")]
+        squeeze: Number,
         /// How finely --method pyramid draws.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         quality: QualityName,

@@ -3,16 +3,19 @@
 use crate::failure::{Failure, Result};
 use crate::options::{
     Blur, CalibrationName, Circle, Depth, DepthForm, IntegratorName, LayeringName, MethodName, PresetName,
-    QualityName, SolverName,
+    PsfName, QualityName, SolverName,
 };
-use crate::values::{Largest, Number};
+use crate::values::{Largest, Number, Shape};
+use pullfocus_core::aperture::{MOST_MASK_SIDE, Mask};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method, Preset, Psf, Quality,
-    Settings, Solver,
+    Aperture, ApertureShape, CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method,
+    Preset, Psf, Quality, Settings, Solver,
 };
+use pullfocus_io::Limits;
+use std::path::Path;
 
 fn usage<T>(sentence: &str) -> Result<T> {
     Err(Failure::usage(sentence))
@@ -34,6 +37,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         layering: layering(blur, base.layering)?,
         method,
         psf,
+        aperture: aperture(blur)?,
         quality,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
@@ -133,10 +137,58 @@ fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
         Some(QualityName::Fine) => Quality::Fine,
         Some(QualityName::Standard) | None => Quality::Standard,
     };
-    match blur.psf {
-        Some(_) if !method.has_psf() => usage("--psf goes with --method naive or gather"),
-        psf => Ok((method, psf.map_or(Psf::default(), |shape| shape.0), quality)),
+    let psf = match blur.psf {
+        Some(_) if !method.has_psf() => return usage("--psf goes with --method naive or gather"),
+        Some(PsfName::Aperture) => Psf::Aperture,
+        Some(PsfName::Gaussian) | None => Psf::Gaussian,
+    };
+    if let Some(option) = of_aperture(blur).filter(|_| psf != Psf::Aperture) {
+        return Err(Failure::usage(format!(
+            "{option} needs a method that has the aperture's shape, such as --method naive --psf aperture"
+        )));
     }
+    Ok((method, psf, quality))
+}
+
+/// The first option given that says what the aperture looks like.
+pub fn of_aperture(blur: &Blur) -> Option<&'static str> {
+    let given = [
+        (blur.aperture.is_some(), "--aperture"),
+        (blur.aperture_rotation.is_some(), "--aperture-rotation"),
+        (blur.aperture_roundness.is_some(), "--aperture-roundness"),
+        (blur.squeeze.is_some(), "--squeeze"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, name)| name)
+}
+
+fn aperture(blur: &Blur) -> Result<Aperture> {
+    let shape = match &blur.aperture {
+        None | Some(Shape::Disc) => ApertureShape::Disc,
+        Some(Shape::Blades(count)) => ApertureShape::Blades(*count),
+        Some(Shape::Image(file)) => ApertureShape::Image(mask(file)?),
+    };
+    if blur.aperture_roundness.is_some() && !matches!(shape, ApertureShape::Blades(_)) {
+        return usage("--aperture-roundness goes with --aperture blades:N");
+    }
+    let or = |number: Option<Number>, or| number.map_or(or, |number| number.0);
+    Ok(Aperture {
+        shape,
+        rotation_degrees: or(blur.aperture_rotation, 0.0),
+        roundness: or(blur.aperture_roundness, 0.0),
+        squeeze: or(blur.squeeze, 1.0),
+    })
+}
+
+/// How much light a picture of an aperture lets through: the mean of its colours, as far as it is not transparent.
+fn mask(file: &Path) -> Result<Mask> {
+    let limits = Limits { max_pixels: (MOST_MASK_SIDE * MOST_MASK_SIDE) as u64, ..Limits::default() };
+    let picture = pullfocus_io::images::read_picture(file, &limits)?;
+    let size = picture.size();
+    let share = 1.0 / picture.colors.len().max(1) as f32;
+    let value = |i: usize| picture.colors.iter().map(|plane| plane.data()[i]).sum::<f32>() * share;
+    let data = (0..size.area()).map(value).collect();
+    Mask::new(size.width, size.height, data)
+        .map_err(|error| Failure::usage(format!("{}: {error}", file.display())))
 }
 
 fn diffusion(blur: &Blur, preset: Diffusion) -> Result<Diffusion> {
@@ -300,9 +352,17 @@ mod tests {
         refused("solver = 'jacobi'\ntolerance = 2", "between 0 and 1");
         refused("method = 'naive'\nintegrator = 'disc'", "--integrator goes with --method diffusion");
         refused("method = 'gather'\nsolver = 'jacobi'\nsweeps = 9", "--solver goes with --method diffusion");
-        refused("psf = 'disc'", "--method naive or gather");
+        refused("psf = 'aperture'", "--method naive or gather");
+        refused("aperture = 'blades:6'", "--psf aperture");
+        refused("method = 'naive'\nsqueeze = 2", "--psf aperture");
+        let naive = |rest: &str| format!("method = 'naive'\npsf = 'aperture'\n{rest}");
+        refused(&naive("aperture-roundness = 0.5"), "--aperture blades:N");
+        refused(&naive("aperture = 'blades:6'\naperture-roundness = 1.5"), "between 0 and 1");
+        refused(&naive("squeeze = 9"), "between 0.25 and 4");
+        let lost = made(&naive("aperture = 'image:nowhere.png'")).unwrap_err();
+        assert!(lost.to_string().contains("nowhere.png"), "{lost}");
         refused("method = 'square'\nquality = 'fine'", "--method pyramid");
-        refused("method = 'pyramid'\npsf = 'disc'", "--method naive or gather");
+        refused("method = 'pyramid'\npsf = 'aperture'", "--method naive or gather");
         refused("front = -1", "--front");
         refused("depth-scale = 2", "disparity");
         refused("depth = 'disparity'", "--depth-scale");
@@ -320,9 +380,11 @@ mod tests {
         {
             assert_eq!(made(&format!("method = '{name}'")).unwrap().method, method);
         }
-        let blades = made("method = 'naive'\npsf = 'blades:6,15'").unwrap();
+        let blades =
+            made("method = 'naive'\npsf = 'aperture'\naperture = 'blades:6'\naperture-rotation = 15")
+                .unwrap();
         assert_eq!(made("method = 'pyramid'\nquality = 'fine'").unwrap().quality, Quality::Fine);
-        assert_eq!(blades.psf, Psf::Blades { count: 6, rotation_degrees: 15.0 });
+        assert_eq!((blades.psf, blades.aperture), (Psf::Aperture, Aperture::blades(6, 15.0)));
     }
 
     #[test]

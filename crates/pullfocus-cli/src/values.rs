@@ -1,9 +1,10 @@
 //! Values that people write in more than one way, on the command line and in a settings file alike.
 
 use pullfocus::Device;
-use pullfocus_core::{Method, Psf, Size};
+use pullfocus_core::{Aperture, Size};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Lets a type with `FromStr` be written in TOML as text, as a number, as a boolean or as a list of these.
@@ -171,32 +172,32 @@ impl FromStr for Range {
     }
 }
 
-/// A point spread function: gaussian, disc, blades:N, blades:N,DEG.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shape(pub Psf);
+/// The aperture's shape: disc, blades:N, image:FILE.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Shape {
+    /// A round hole.
+    Disc,
+    /// So many blades.
+    Blades(u32),
+    /// A picture of the aperture.
+    Image(PathBuf),
+}
 
 impl FromStr for Shape {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let blades = |text: &str| {
-            let (count, degrees) = text.split_once(',').unwrap_or((text, "0"));
-            let count = count.trim().parse().ok()?;
-            Some(Psf::Blades { count, rotation_degrees: number(degrees).ok()? })
-        };
-        let psf = match text.trim() {
-            "gaussian" => Some(Psf::Gaussian),
-            "disc" => Some(Psf::Disc),
-            other => other.strip_prefix("blades:").and_then(blades),
-        };
-        let psf = psf.ok_or_else(|| {
-            format!(
-                "'{text}' is no shape; write gaussian, disc, or blades:6 (blades:6,15 turned by 15 degrees)"
-            )
-        })?;
-        // Any method that has shapes: which one was asked for is another option.
-        psf.check(Method::Naive).map_err(|error| error.to_string())?;
-        Ok(Self(psf))
+        let text = text.trim();
+        match text.split_once(':') {
+            None if text == "disc" => Ok(Self::Disc),
+            Some(("blades", count)) => {
+                let count = count.trim().parse().map_err(|_| format!("'{count}' is no number of blades"))?;
+                Aperture::blades(count, 0.0).check().map_err(|error| error.to_string())?;
+                Ok(Self::Blades(count))
+            }
+            Some(("image", file)) if !file.trim().is_empty() => Ok(Self::Image(file.trim().into())),
+            _ => Err(format!("'{text}' is no aperture; write disc, blades:6, or image:FILE")),
+        }
     }
 }
 
@@ -288,13 +289,16 @@ mod tests {
     }
 
     #[test]
-    fn shapes_are_read() {
-        let blades = |count, rotation_degrees| Ok(Shape(Psf::Blades { count, rotation_degrees }));
-        assert_eq!("gaussian".parse(), Ok(Shape(Psf::Gaussian)));
-        assert_eq!("disc".parse(), Ok(Shape(Psf::Disc)));
-        assert_eq!("blades:6".parse(), blades(6, 0.0));
-        assert_eq!("blades:5, 12.5".parse(), blades(5, 12.5));
-        for (text, word) in [("star", "blades:6"), ("blades:2", "3 and 32"), ("blades:5,inf", "number")] {
+    fn apertures_are_read() {
+        assert_eq!("disc".parse(), Ok(Shape::Disc));
+        assert_eq!("blades: 6".parse(), Ok(Shape::Blades(6)));
+        assert_eq!("image:stars/a:b.png".parse(), Ok(Shape::Image("stars/a:b.png".into())));
+        for (text, word) in [
+            ("star", "blades:6"),
+            ("blades:2", "3 and 32"),
+            ("blades:x", "number"),
+            ("image: ", "image:FILE"),
+        ] {
             assert!(text.parse::<Shape>().unwrap_err().contains(word), "{text}");
         }
     }

@@ -4,9 +4,10 @@
 //! line alone or the file alone puts together wrongly stays as it is and is refused later.
 
 use crate::options::{
-    Blur, Depth, DepthForm, Files, IntegratorName, LayeringName, Lens, MethodName, SolverName,
+    Blur, Depth, DepthForm, Files, IntegratorName, LayeringName, Lens, MethodName, PsfName, SolverName,
 };
 use crate::settings::{method_of, of_diffusion};
+use crate::values::Shape;
 
 /// Circles of confusion take the place of depth, wherever it is.
 pub fn distance(file: (&mut Files, &mut Depth), flags: (&Files, &Depth)) {
@@ -106,14 +107,26 @@ pub fn method(file: &mut Blur, flags: &Blur) {
             (file.solver, file.sweeps, file.tolerance) = (None, None, None);
         }
         if !method_of(method).has_psf() {
-            file.psf = None;
+            without_aperture(file);
         }
         if method != MethodName::Pyramid {
             file.quality = None;
         }
     } else if of_diffusion(flags).is_some() && file.method != Some(MethodName::Diffusion) {
-        (file.method, file.psf, file.quality) = (None, None, None);
+        (file.method, file.quality) = (None, None);
+        without_aperture(file);
+    } else if flags.psf == Some(PsfName::Gaussian) {
+        without_aperture(file);
     }
+    if flags.aperture.is_some() && !matches!(flags.aperture, Some(Shape::Blades(_))) {
+        file.aperture_roundness = None;
+    }
+}
+
+/// No shape, and nothing that is said of one.
+fn without_aperture(file: &mut Blur) {
+    (file.psf, file.aperture) = (None, None);
+    (file.aperture_rotation, file.aperture_roundness, file.squeeze) = (None, None, None);
 }
 
 /// Integrator and steps, solver and when it stops.
@@ -152,9 +165,9 @@ mod tests {
 
     #[test]
     fn methods() {
-        let disc = "method = 'naive'\npsf = 'disc'";
+        let disc = "method = 'naive'\npsf = 'aperture'";
         over("method = 'diffusion'", disc, "method = 'diffusion'");
-        over("method = 'gather'", disc, "method = 'gather'\npsf = 'disc'");
+        over("method = 'gather'", disc, "method = 'gather'\npsf = 'aperture'");
         over("psf = 'gaussian'", disc, "method = 'naive'\npsf = 'gaussian'");
         over("integrator = 'rational'", disc, "integrator = 'rational'");
         let fine = "method = 'pyramid'\nquality = 'fine'";

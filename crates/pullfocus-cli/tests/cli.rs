@@ -57,7 +57,7 @@ fn mistakes_of_usage_are_one_sentence_and_exit_2() {
         (&["--f-stop", "2", "--aperture-diameter", "0.01"], "give one of them"),
         (&["--integrator", "rational", "--steps", "2"], "--steps goes with --integrator backward-euler"),
         (&["--method", "naive", "--solver", "lu"], "--solver goes with --method diffusion"),
-        (&["--psf", "disc"], "--psf goes with --method naive or gather"),
+        (&["--psf", "aperture"], "--psf goes with --method naive or gather"),
         (&["--layering", "single", "--layers", "3"], "single has one layer"),
         (&["--overwrite", "--resume"], "give one of them"),
         (&["--foreground", input], "--foreground needs --behind"),

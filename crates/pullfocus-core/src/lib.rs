@@ -31,6 +31,7 @@ pub mod scene;
 pub mod scheme;
 pub mod settings;
 pub mod size;
+pub mod spans;
 pub mod split;
 pub mod srgb;
 

@@ -22,11 +22,15 @@ pub enum Method {
     /// Every pixel is spread over a Gaussian with the disc's variance, as a small one on the level of a pyramid (third paper,
     /// section 5). The cost is the same for every circle.
     Pyramid,
+    /// Every pixel is spread over the lens's aperture ([`crate::Aperture`]), as spans of rows on the level of a pyramid
+    /// ([`crate::spans`]). The cost is the same for every circle.
+    Aperture,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 5] = [Self::Diffusion, Self::Naive, Self::Gather, Self::Square, Self::Pyramid];
+    pub const ALL: [Self; 6] =
+        [Self::Diffusion, Self::Naive, Self::Gather, Self::Square, Self::Pyramid, Self::Aperture];
 
     /// Whether [`Psf`] is this method's to choose.
     pub fn has_psf(self) -> bool {

@@ -10,7 +10,8 @@ use pullfocus_cpu::spreading::{Spread, SpreadBuffers, spread};
 use std::time::Duration;
 
 /// Every method that can be waited for, with a name and the largest circle for it.
-const METHODS: [(&str, Method, Quality, f32); 4] = [
+const METHODS: [(&str, Method, Quality, f32); 5] = [
+    ("aperture", Method::Aperture, Quality::Standard, 500.0),
     ("square", Method::Square, Quality::Standard, 500.0),
     ("pyramid", Method::Pyramid, Quality::Standard, 500.0),
     ("pyramid, fine", Method::Pyramid, Quality::Fine, 500.0),

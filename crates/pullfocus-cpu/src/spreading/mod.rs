@@ -15,6 +15,7 @@
 //! Each method fills sums and weights on its own; this module prepares and divides. Work is cut by the picture's size
 //! alone, so the bytes are the same for any number of threads.
 
+mod aperture;
 mod brute;
 pub(crate) mod footprint;
 mod pyramid;
@@ -61,6 +62,7 @@ pub struct SpreadBuffers {
 struct MethodBuffers {
     square: square::Sums,
     pyramid: pyramid::Pyramid,
+    aperture: aperture::Shapes,
 }
 
 impl Spread<'_> {
@@ -168,6 +170,7 @@ fn add_up(
         Method::Naive | Method::Gather => brute::add_up(inputs, spread, outputs, cancel),
         Method::Square => square::add_up(inputs, spread, outputs, &mut buffers.square, cancel),
         Method::Pyramid => pyramid::add_up(inputs, spread, outputs, &mut buffers.pyramid, cancel),
+        Method::Aperture => aperture::add_up(inputs, spread, outputs, &mut buffers.aperture, cancel),
         Method::Diffusion => {
             Err(Error::Unsupported { what: "diffusion", reason: "it is no spreading method" })
         }
