@@ -2,6 +2,7 @@
 //! pictures into `docs/pictures`, with the machine, the commit and the command that made them.
 
 mod adapter;
+mod bokeh;
 mod chart;
 mod data;
 mod difference;
@@ -39,6 +40,8 @@ enum Command {
     Speed(speed::Options),
     /// A GPU: solvers, whole frames, storage; beside the papers, a memory copy and cuSPARSE.
     Gpu(gpu::Options),
+    /// Highlights beside path-traced lights, and their shapes.
+    Bokeh(bokeh::Options),
     /// Whether the GPU makes the CPU's pictures; fails where it does not.
     Same(same::Options),
 }
@@ -50,6 +53,7 @@ fn main() -> Result<()> {
         Command::Figures(options) => figures::run(&options),
         Command::Speed(options) => speed::run(&options),
         Command::Gpu(options) => gpu::run(&options),
+        Command::Bokeh(options) => bokeh::run(&options),
         Command::Same(options) => same::run(&options),
     }
 }

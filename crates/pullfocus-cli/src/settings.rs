@@ -11,8 +11,8 @@ use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    Aperture, ApertureShape, CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method,
-    Preset, Psf, Quality, Settings, Solver,
+    Aperture, ApertureShape, Bokeh, CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering,
+    Method, Preset, Psf, Quality, Settings, Solver,
 };
 use pullfocus_io::Limits;
 use std::path::Path;
@@ -38,6 +38,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         method,
         psf,
         aperture: aperture(blur)?,
+        bokeh: bokeh(blur)?,
         quality,
         diffusion: diffusion(blur, base.diffusion)?,
         repair_depth: depth.repair_depth.unwrap_or(base.repair_depth),
@@ -142,9 +143,10 @@ fn method(blur: &Blur) -> Result<(Method, Psf, Quality)> {
         Some(PsfName::Aperture) => Psf::Aperture,
         Some(PsfName::Gaussian) | None => Psf::Gaussian,
     };
-    if let Some(option) = of_aperture(blur).filter(|_| psf != Psf::Aperture) {
+    let shaped = psf == Psf::Aperture || blur.bokeh_threshold.is_some();
+    if let Some(option) = of_aperture(blur).filter(|_| !shaped) {
         return Err(Failure::usage(format!(
-            "{option} needs a method that has the aperture's shape, such as --method naive --psf aperture"
+            "{option} needs a method that has the aperture's shape, such as --method naive --psf aperture, or highlights (--bokeh-threshold)"
         )));
     }
     Ok((method, psf, quality))
@@ -177,6 +179,37 @@ fn aperture(blur: &Blur) -> Result<Aperture> {
         roundness: or(blur.aperture_roundness, 0.0),
         squeeze: or(blur.squeeze, 1.0),
     })
+}
+
+/// The first option given that says what highlights look like.
+pub fn of_bokeh(blur: &Blur) -> Option<&'static str> {
+    let given = [
+        (blur.bokeh_gain.is_some(), "--bokeh-gain"),
+        (blur.bokeh_knee.is_some(), "--bokeh-knee"),
+        (blur.bokeh_least.is_some(), "--bokeh-least"),
+        (blur.cats_eye.is_some(), "--cats-eye"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, name)| name)
+}
+
+fn bokeh(blur: &Blur) -> Result<Option<Bokeh>> {
+    let Some(Number(threshold)) = blur.bokeh_threshold else {
+        return match of_bokeh(blur) {
+            None => Ok(None),
+            Some(option) => Err(Failure::usage(format!(
+                "{option} goes with --bokeh-threshold X, the brightness from which light is a highlight"
+            ))),
+        };
+    };
+    let plain = Bokeh::default();
+    let or = |number: Option<Number>, or| number.map_or(or, |number| number.0);
+    Ok(Some(Bokeh {
+        threshold,
+        gain: or(blur.bokeh_gain, plain.gain),
+        knee: or(blur.bokeh_knee, plain.knee),
+        least_diameter: or(blur.bokeh_least, plain.least_diameter),
+        cats_eye: or(blur.cats_eye, plain.cats_eye),
+    }))
 }
 
 /// How much light a picture of an aperture lets through: the mean of its colours, as far as it is not transparent.
@@ -354,6 +387,13 @@ mod tests {
         refused("method = 'gather'\nsolver = 'jacobi'\nsweeps = 9", "--solver goes with --method diffusion");
         refused("psf = 'aperture'", "--method naive or gather");
         refused("aperture = 'blades:6'", "--psf aperture");
+        for option in ["bokeh-gain", "bokeh-knee", "bokeh-least", "cats-eye"] {
+            refused(&format!("{option} = 0.5"), "goes with --bokeh-threshold");
+        }
+        refused("bokeh-threshold = 0", "above 0");
+        refused("bokeh-threshold = 1\nbokeh-gain = -1", "between 0 and 1000");
+        refused("bokeh-threshold = 1\nbokeh-knee = 2", "between 0 and 1");
+        refused("bokeh-threshold = 1\ncats-eye = 1.5", "between 0 and 1");
         refused("method = 'naive'\nsqueeze = 2", "--psf aperture");
         let naive = |rest: &str| format!("method = 'naive'\npsf = 'aperture'\n{rest}");
         refused(&naive("aperture-roundness = 0.5"), "--aperture blades:N");
@@ -380,6 +420,10 @@ mod tests {
         {
             assert_eq!(made(&format!("method = '{name}'")).unwrap().method, method);
         }
+        let highlights = "bokeh-threshold = 3\nbokeh-gain = 2\nbokeh-least = 4\naperture = 'blades:5'";
+        let settings = made(highlights).unwrap();
+        let expected = Bokeh { threshold: 3.0, gain: 2.0, least_diameter: 4.0, ..Bokeh::default() };
+        assert_eq!((settings.bokeh, settings.aperture), (Some(expected), Aperture::blades(5, 0.0)));
         let blades =
             made("method = 'naive'\npsf = 'aperture'\naperture = 'blades:6'\naperture-rotation = 15")
                 .unwrap();

@@ -4,7 +4,7 @@
 //! What a method makes of a light is divided by the weight that arrived, or smoothed; either way a light beside darker things is no
 //! disc of even brightness. So the light above a threshold ([`pullfocus_core::bokeh`]) is taken out before layers are made, and
 //! each pixel's excess is added again as one sprite that is divided by its own sum and by nothing else. It belongs to the layers
-//! that its pixel shows, as much as these are seen there, and is added where its layer has been laid over the farther ones: what is
+//! that its pixel shows, as much as these are seen there, and is added when its layer has been laid over the farther ones: what is
 //! nearer covers it as it covers the layer.
 //!
 //! # Practice
@@ -32,6 +32,9 @@ const BAND: usize = 8;
 const LIGHTS: usize = 64;
 /// Lights whose factors are found together.
 const CHUNK: usize = 1024;
+
+/// Less of a layer left by nearer ones is not made up for.
+const LEAST_CLEAR: f32 = 0.02;
 
 /// The light that was taken out of a picture, in the order of its rows. Memory kept from frame to frame; some bytes for each
 /// highlight, so never more than a picture's own planes and two.
@@ -164,11 +167,35 @@ impl Lights {
         })
     }
 
-    /// Finds how much of each light belongs to which layer, by the coverages of layers that are not blurred yet, from far to near.
-    /// The farthest has what the others leave.
+    /// Finds how much of each light belongs to which layer, by the coverages of layers that are not blurred yet, from far to near: as
+    /// much as is seen of it. The farthest has what the others leave.
     pub fn share_out(&mut self, coverages: &[&Plane], cancel: &Cancel) -> Result<()> {
+        let count = self.count() * coverages.len();
+        make(&mut self.shares, count, self.size)?;
+        self.through_layers(coverages, cancel, |share, coverage, clear| {
+            *share = coverage * clear;
+            clear * (1.0 - coverage)
+        })
+    }
+
+    /// Makes up for what nearer layers will take away, by coverages that are blurred by now: of a surface that lies in two
+    /// layers each has a part, and the nearer one lies over the farther one's. No layer has more than the whole light.
+    pub fn make_up(&mut self, coverages: &[&Plane], cancel: &Cancel) -> Result<()> {
+        self.through_layers(coverages, cancel, |share, coverage, clear| {
+            *share = (*share / clear.max(LEAST_CLEAR)).min(1.0);
+            clear * (1.0 - coverage)
+        })
+    }
+
+    /// Calls `each(share, coverage, what the nearer layers leave)` for every light's layers from near to far; the result is what
+    /// this one leaves, too. The farthest covers all.
+    fn through_layers(
+        &mut self,
+        coverages: &[&Plane],
+        cancel: &Cancel,
+        each: impl Fn(&mut f32, f32, f32) -> f32,
+    ) -> Result<()> {
         let count = self.count();
-        make(&mut self.shares, count * coverages.len(), self.size)?;
         if count == 0 {
             return Ok(());
         }
@@ -177,13 +204,10 @@ impl Lights {
             cancel.check()?;
             for light in self.rows[y]..self.rows[y + 1] {
                 let mut clear = 1.0;
-                for (layer, coverage) in layers.iter_mut().zip(coverages).skip(1).rev() {
-                    let coverage = coverage.at(self.columns[light] as usize, y).clamp(0.0, 1.0);
-                    layer[light] = coverage * clear;
-                    clear *= 1.0 - coverage;
-                }
-                if let Some(farthest) = layers.first_mut() {
-                    farthest[light] = clear;
+                for (i, layer) in layers.iter_mut().enumerate().rev() {
+                    let x = self.columns[light] as usize;
+                    let coverage = if i == 0 { 1.0 } else { coverages[i].at(x, y).clamp(0.0, 1.0) };
+                    clear = each(&mut layer[light], coverage, clear);
                 }
             }
         }
@@ -303,7 +327,12 @@ struct Sprites {
     unit: [f64; 2],
     /// The farthest that the shape reaches, in diameters.
     reach: f64,
+    /// Diameters below this lie within their own pixel.
+    point: f64,
 }
+
+/// Diameters below which a cat's eye takes nothing away.
+const LEAST_CUT: f64 = 1.0 / 16.0;
 
 enum Kind {
     /// Behind focus, and in front.
@@ -314,25 +343,31 @@ enum Kind {
 impl Sprites {
     fn new(look: &Look<'_>) -> Self {
         let aperture = look.aperture;
+        let cut = look.bokeh.cats_eye > 0.0;
+        let point = |reach: f64, unit: [f64; 2]| {
+            let within = 0.5 / (reach * unit[0].max(unit[1]));
+            if cut { LEAST_CUT.min(within) } else { within }
+        };
         let unit = [1.0 / aperture.squeeze, f64::from(look.vertical_scale)];
         match (&aperture.shape, aperture.outline()) {
             (ApertureShape::Image(mask), _) => {
                 let (width, height) = (mask.width() as f64, mask.height() as f64);
                 let kind = Kind::Picture(Pictures::new(aperture, look.vertical_scale, mask));
-                Self { kind, unit, reach: 0.5 * width.hypot(height) / width.max(height) }
+                let reach = 0.5 * width.hypot(height) / width.max(height);
+                Self { kind, unit, reach, point: point(reach, unit) }
             }
             (_, outline) => {
                 let outline = outline.unwrap_or(pullfocus_core::aperture::Outline { sides: Vec::new() });
                 let shapes = [Shape::new(&outline), Shape::new(&outline.turned_over())];
                 let reach = shapes[0].reach;
-                Self { kind: Kind::Outline(Box::new(shapes)), unit, reach }
+                Self { kind: Kind::Outline(Box::new(shapes)), unit, reach, point: point(reach, unit) }
             }
         }
     }
 
     /// Whether a sprite lies within its own pixel.
     fn is_point(&self, diameter: f32) -> bool {
-        self.reach * f64::from(diameter) * self.unit[0].max(self.unit[1]) < 0.5
+        f64::from(diameter) < self.point
     }
 
     /// 1 / the sum of all that a sprite covers, in pixels.

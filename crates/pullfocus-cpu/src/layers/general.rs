@@ -117,9 +117,15 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
         let used = if i == 0 { count } else { count + 1 };
         let mut used: Vec<&mut Plane> = values[..used].iter_mut().collect();
         work.stage("blur", |work| work.blur(&mut used, circle, None))?;
+    }
+    if let Some(lights) = &mut lights {
+        let coverages: Vec<&Plane> = blurred.chunks_exact(count + 2).map(|layer| &layer[count]).collect();
+        work.stage("highlights", |work| lights.make_up(&coverages, work.cancel))?;
+    }
+    for (i, layer) in blurred.chunks_exact(count + 2).enumerate() {
         work.stage("composite", |work| {
-            let coverage = if i == 0 { None } else { Some(&values[count]) };
-            for (plane, layer) in planes.iter_mut().zip(&values[..count]) {
+            let coverage = if i == 0 { None } else { Some(&layer[count]) };
+            for (plane, layer) in planes.iter_mut().zip(&layer[..count]) {
                 over(plane, layer, coverage, work.cancel)?;
             }
             Ok(())
