@@ -43,6 +43,7 @@ struct Lights {
 struct Light {
     z_m: f64,
     radius_m: f64,
+    radiance: [f64; 3],
     px: [f64; 2],
 }
 
@@ -52,6 +53,8 @@ struct Spot {
     at: [f64; 2],
     circle: f64,
     own: f64,
+    /// All of its light, colours added up.
+    light: f64,
 }
 
 impl Spot {
@@ -108,6 +111,7 @@ fn apart(file: &Lights, reference: &Reference, size: Size) -> Vec<Spot> {
         at: light.px,
         circle: lens.diameter(light.z_m),
         own: 2.0 * light.radius_m * file.tangent / light.z_m,
+        light: light.radiance.iter().sum::<f64>() * PI * (light.radius_m * file.tangent / light.z_m).powi(2),
     };
     let all: Vec<Spot> = file.lights.iter().map(spot).collect();
     let alone = |(i, spot): &(usize, &Spot)| {
@@ -156,7 +160,7 @@ pub fn run(options: &Options) -> Result<()> {
     let file: Lights = serde_json::from_str(&text)?;
     let bokeh = Bokeh { threshold: options.threshold, ..Bokeh::default() };
     let mut text = format!(
-        "# Highlights\n\n{}\n\nThe lights of {} ({}) that stand apart, beside the path-traced reference: the energy of a light's disc above what is around it, \
+        "# Highlights\n\n{}\n\nThe lights of {} ({}) that stand apart and are seen whole, beside the path-traced reference: the energy of a light's disc above what is around it, \
          and the diameter of the disc that has this energy at the brightness of its middle. Medians over the lights, and in \
          brackets how many of them are within 5 % of the energy and within 2 % or a pixel of the diameter. PSNR and FLIP as in \
          [quality.md](quality.md).\n\n",
@@ -179,8 +183,12 @@ fn of_reference(
     bokeh: Bokeh,
     text: &mut String,
 ) -> Result<()> {
-    let spots = apart(file, reference, scene.size);
-    let truth: Vec<Measured> = spots.iter().map(|spot| measure(&reference.picture, spot)).collect();
+    // Nearly all of their light arrives: nothing stands before them.
+    let (spots, truth): (Vec<Spot>, Vec<Measured>) = apart(file, reference, scene.size)
+        .into_iter()
+        .map(|spot| (spot, measure(&reference.picture, &spot)))
+        .filter(|(spot, measured)| measured.energy > 0.8 * spot.light)
+        .unzip();
     let judge = crate::quality::score::Truth::new(scene, reference)?;
     writeln!(text, "## {}\n\n{} lights.\n", reference.name, spots.len())?;
     writeln!(text, "| | energy | diameter | highlights | PSNR | FLIP |\n|---|---|---|---|---|---|")?;
@@ -296,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_disc_is_measured() {
-        let spot = Spot { at: [30.0, 20.0], circle: 16.0, own: 2.0 };
+        let spot = Spot { at: [30.0, 20.0], circle: 16.0, own: 2.0, light: 0.0 };
         let plane = Plane::from_fn(Size::new(60, 40), |x, y| {
             1.0 + (8.5 - spot.distance([x as f64 + 0.5, y as f64 + 0.5])).clamp(0.0, 1.0) as f32
         });

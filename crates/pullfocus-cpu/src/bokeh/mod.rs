@@ -19,7 +19,7 @@ mod tests;
 use crate::spreading::footprint::Pictures;
 use crate::wide;
 use crate::work::Work;
-use pullfocus_core::bokeh::{Field, NODES, brightness, node, nodes, seen};
+use pullfocus_core::bokeh::{Curve, Field, NODES, brightness, node, nodes, seen, trust};
 use pullfocus_core::psf::diameter;
 use pullfocus_core::{Aperture, ApertureShape, Bokeh, Cancel, Error, Frame, Plane, Result, Size};
 use rayon::prelude::*;
@@ -55,6 +55,65 @@ pub struct Lights {
     factors: Vec<f32>,
     /// How much of each light belongs to each layer: as many values as there are lights, for one layer after the other.
     shares: Vec<f32>,
+}
+
+/// A highlight: its column, the circle of its sprite, and which part of the pixel's light it is.
+struct Found {
+    x: u32,
+    circle: f32,
+    share: f32,
+}
+
+/// A picture in which highlights are looked for.
+struct Bright<'a> {
+    colors: &'a [&'a Plane],
+    circle: &'a Plane,
+    curve: Curve,
+}
+
+impl Bright<'_> {
+    #[inline(always)]
+    fn at(&self, x: usize, y: usize) -> f32 {
+        brightness(self.colors.iter().map(|plane| plane.at(x, y)))
+    }
+
+    /// The highlights of row `y`.
+    fn row(&self, y: usize) -> Vec<Found> {
+        let mut found = Vec::new();
+        for x in 0..self.circle.size().width {
+            let brightness = self.at(x, y);
+            // Any circle: most pixels are not bright enough for the largest.
+            if self.curve.share(brightness, f32::INFINITY) > 0.0 {
+                let circle = self.circle_of(x, y);
+                let share = self.curve.share(brightness, circle);
+                if share > 0.0 {
+                    found.push(Found { x: x as u32, circle, share });
+                }
+            }
+        }
+        found
+    }
+
+    /// The circle of confusion of the light at a pixel; see [`trust`].
+    fn circle_of(&self, x: usize, y: usize) -> f32 {
+        let Size { width, height } = self.circle.size();
+        let around = || {
+            let rows = y.saturating_sub(1)..(y + 2).min(height);
+            rows.flat_map(move |y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| (x, y)))
+        };
+        let own = self.circle.at(x, y);
+        if around().all(|(x, y)| self.circle.at(x, y) == own) {
+            return own;
+        }
+        let most = around().map(|(x, y)| self.at(x, y)).fold(0.0, f32::max);
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (x, y) in around() {
+            let weight = trust(self.at(x, y) / most);
+            sum += weight * self.circle.at(x, y);
+            weights += weight;
+        }
+        sum / weights
+    }
 }
 
 /// Where sprites are seen.
@@ -96,75 +155,40 @@ impl Lights {
         cancel: &Cancel,
     ) -> Result<()> {
         let size = circle.size();
-        let curve = bokeh.curve(display_width);
         (self.size, self.planes) = (size, colors.len());
-        let counted: Vec<(usize, f32)> = {
+        let found = {
             let colors: Vec<&Plane> = colors.iter().map(|plane| &**plane).collect();
-            let count = |y: usize| {
-                let (mut count, mut reach) = (0, 0f32);
-                if cancel.is_cancelled() {
-                    return (count, reach);
-                }
-                for (x, &c) in circle.row(y).iter().enumerate() {
-                    if curve.share(brightness(colors.iter().map(|plane| plane.at(x, y))), c) > 0.0 {
-                        count += 1;
-                        reach = reach.max(c.abs());
-                    }
-                }
-                (count, reach)
-            };
-            (0..size.height).into_par_iter().with_min_len(BAND).map(count).collect()
+            let picture = Bright { colors: &colors, circle, curve: bokeh.curve(display_width) };
+            let row = |y: usize| if cancel.is_cancelled() { Vec::new() } else { picture.row(y) };
+            (0..size.height).into_par_iter().with_min_len(BAND).map(row).collect::<Vec<_>>()
         };
         cancel.check()?;
         make(&mut self.rows, size.height + 1, size)?;
         self.reaches.clear();
-        for (y, (count, reach)) in counted.iter().enumerate() {
-            self.rows[y + 1] = self.rows[y] + count;
-            self.reaches.push(*reach);
+        for (y, row) in found.iter().enumerate() {
+            self.rows[y + 1] = self.rows[y] + row.len();
+            self.reaches.push(row.iter().fold(0.0, |reach, light| f32::max(reach, light.circle.abs())));
         }
         let count = self.rows[size.height];
         make(&mut self.columns, count, size)?;
         make(&mut self.circles, count, size)?;
         make(&mut self.colors, count * self.planes, size)?;
-        if count == 0 {
-            return Ok(());
-        }
-        // Each row's own piece of the lists, and its planes.
-        let (mut columns, mut circles, mut lights) =
-            (&mut self.columns[..], &mut self.circles[..], &mut self.colors[..]);
-        let mut planes: Vec<_> =
-            colors.iter_mut().map(|plane| plane.data_mut().chunks_exact_mut(size.width)).collect();
-        let mut rows = Vec::with_capacity(size.height);
-        for (y, (count, _)) in counted.iter().enumerate() {
-            let pixels: Vec<&mut [f32]> = planes.iter_mut().filter_map(Iterator::next).collect();
-            let own;
-            (own, columns) = columns.split_at_mut(*count);
-            let circles_of;
-            (circles_of, circles) = circles.split_at_mut(*count);
-            let colors_of;
-            (colors_of, lights) = lights.split_at_mut(count * self.planes);
-            if *count > 0 {
-                rows.push((y, pixels, own, circles_of, colors_of));
-            }
-        }
-        let planes = self.planes;
-        rows.into_par_iter().with_min_len(BAND).try_for_each(|(y, mut pixels, columns, circles, lights)| {
+        let mut at = 0;
+        for (y, row) in found.iter().enumerate() {
             cancel.check()?;
-            let mut next = 0;
-            for (x, &c) in circle.row(y).iter().enumerate() {
-                let share = curve.share(brightness(pixels.iter().map(|row| row[x])), c);
-                if share > 0.0 {
-                    columns[next] = x as u32;
-                    circles[next] = c;
-                    for (light, row) in lights[next * planes..].iter_mut().zip(&mut pixels) {
-                        *light = row[x] * share;
-                        row[x] -= *light;
-                    }
-                    next += 1;
+            for light in row {
+                let x = light.x as usize;
+                self.columns[at] = light.x;
+                self.circles[at] = light.circle;
+                for (color, plane) in self.colors[at * self.planes..].iter_mut().zip(colors.iter_mut()) {
+                    let value = &mut plane.row_mut(y)[x];
+                    *color = *value * light.share;
+                    *value -= *color;
                 }
+                at += 1;
             }
-            Ok(())
-        })
+        }
+        Ok(())
     }
 
     /// Finds how much of each light belongs to which layer, by the coverages of layers that are not blurred yet, from far to near: as

@@ -58,7 +58,7 @@ fn sprites_match_the_f64_reference() {
                 let colors: Vec<Values> = planes.iter().map(Values::from_plane).collect();
                 let circles = Values::from_plane(&circle);
                 let (left, excess) = reference::take_out(&colors, &circles, &bokeh, &frame);
-                let expected = reference::sprites(&excess, &circles, &bokeh, &aperture, &frame, false);
+                let expected = reference::sprites(&excess, &circles, &bokeh, &aperture, &frame, None);
                 for p in 0..3 {
                     assert!(left[p].distance_to(&stays[p]) < 1e-4 * 900.0);
                     let peak = expected[p].largest();
@@ -130,9 +130,11 @@ fn one_layer_hides_what_is_behind_sharper_things() {
     for circle in [circle, front] {
         let (_, sprites) = spread(&planes, &circle, &look, Shown::ByCircle(&circle));
         let colors: Vec<Values> = planes.iter().map(Values::from_plane).collect();
-        let circles = Values::from_plane(&circle);
+        let own = Values::from_plane(&circle);
+        let circles = reference::circles(&colors, &own);
         let (_, excess) = reference::take_out(&colors, &circles, &look.bokeh, &frame);
-        let expected = reference::sprites(&excess, &circles, &look.bokeh, &Aperture::DISC, &frame, true);
+        let expected =
+            reference::sprites(&excess, &circles, &look.bokeh, &Aperture::DISC, &frame, Some(&own));
         for (expected, sprites) in expected.iter().zip(&sprites) {
             let error = expected.distance_to(sprites) / expected.largest();
             // As above.

@@ -81,7 +81,7 @@ pub fn a_light_alone_is_a_disc(subject: &mut impl RenderSubject) {
         let grids: Vec<Grid> = colors.iter().map(Grid::from_plane).collect();
         let circle = Grid::filled(size.width, size.height, f64::from(c));
         let (_, excess) = reference::take_out(&grids, &circle, &bokeh(), &frame);
-        let expected = reference::sprites(&excess, &circle, &bokeh(), &aperture, &frame, true);
+        let expected = reference::sprites(&excess, &circle, &bokeh(), &aperture, &frame, Some(&circle));
         for settings in all_settings(subject, bokeh()) {
             let settings = Settings { aperture: aperture.clone(), ..settings };
             let rendered = run(subject, &scene, None, &settings);

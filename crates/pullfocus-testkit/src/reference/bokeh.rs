@@ -8,7 +8,21 @@ use pullfocus_core::{Aperture, ApertureShape, Bokeh, Frame};
 /// Points along each side of a pixel.
 const POINTS: usize = 24;
 
-/// What stays of `colors`, and what leaves them.
+/// The circles of highlights: weighted by the eighth power of brightness over 3 x 3 pixels.
+pub fn circles(colors: &[Grid], circle: &Grid) -> Grid {
+    let (width, height) = (circle.width, circle.height);
+    let bright = |x: usize, y: usize| colors.iter().take(3).map(|color| color.at(x, y)).fold(0.0, f64::max);
+    Grid::from_fn(width, height, |x, y| {
+        let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
+        let around = || near(y, height).flat_map(|j| near(x, width).map(move |i| (i, j)));
+        let most = around().map(|(i, j)| bright(i, j)).fold(0.0, f64::max);
+        let weight = |i, j| if most > 0.0 { f64::powi(bright(i, j) / most, 8) } else { 1.0 };
+        let sum: f64 = around().map(|(i, j)| weight(i, j) * circle.at(i, j)).sum();
+        sum / around().map(|(i, j)| weight(i, j)).sum::<f64>()
+    })
+}
+
+/// What stays of `colors`, and what leaves them, by the circles of highlights ([`circles`]).
 pub fn take_out(colors: &[Grid], circle: &Grid, bokeh: &Bokeh, frame: &Frame) -> (Vec<Grid>, Vec<Grid>) {
     let (t, k) = (bokeh.threshold, bokeh.knee);
     let least = bokeh.least_diameter * frame.display_width() / 960.0;
@@ -116,14 +130,15 @@ pub fn sprite(
     pixels.into_iter().map(|(x, y, kept)| (x, y, kept / sum)).collect()
 }
 
-/// What `excess` ([`take_out`]) comes to as sprites; with `one_layer` hidden where the pixel's own surface is nearer and sharper.
+/// What `excess` ([`take_out`]) comes to as sprites of the circles `circle`; hidden where a pixel's own surface is nearer and sharper
+/// where `own` has its circles.
 pub fn sprites(
     excess: &[Grid],
     circle: &Grid,
     bokeh: &Bokeh,
     aperture: &Aperture,
     frame: &Frame,
-    one_layer: bool,
+    own: Option<&Grid>,
 ) -> Vec<Grid> {
     let (width, height) = (circle.width, circle.height);
     let scale = f64::from(frame.vertical_scale());
@@ -146,7 +161,7 @@ pub fn sprites(
         for (dx, dy, weight) in sprite(aperture, circle.data[i], scale, displacement) {
             let to = (i % width).checked_add_signed(dx).zip((i / width).checked_add_signed(dy));
             let Some((x, y)) = to.filter(|(x, y)| *x < width && *y < height) else { continue };
-            let seen = if one_layer { seen(circle.data[i], circle.at(x, y), frame) } else { 1.0 };
+            let seen = own.map_or(1.0, |own| seen(circle.data[i], own.at(x, y), frame));
             for (sum, color) in sums.iter_mut().zip(excess) {
                 sum.data[y * width + x] += bokeh.gain * weight * seen * color.data[i];
             }
