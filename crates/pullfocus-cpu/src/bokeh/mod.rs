@@ -483,6 +483,15 @@ impl<const G: usize> Band<'_, '_, G> {
             passes |= if c < 0.0 { 1 << IN_FRONT } else { 0b11 << (1 + nodes(c, width).0) };
             Ok(())
         })?;
+        // Where nothing in these rows can hide the largest, there is no need to tell lights apart.
+        let largest = passes.checked_ilog2().map_or(0.0, |pass| node(pass.saturating_sub(1) as usize, width));
+        let sharpest =
+            self.rows.clone().flat_map(|y| own.row(y)).fold(f32::INFINITY, |least, c| least.min(c.abs()));
+        if seen(largest, sharpest) >= 1.0 {
+            self.lights(|_| 1.0)?;
+            self.give(|_, _| 1.0);
+            return Ok(());
+        }
         for pass in (0..=NODES as u32).filter(|pass| passes & (1 << pass) != 0) {
             if pass == IN_FRONT {
                 self.lights(|c| if c < 0.0 { 1.0 } else { 0.0 })?;
