@@ -2,6 +2,7 @@
 //! pictures into `docs/pictures`, with the machine, the commit and the command that made them.
 
 mod adapter;
+mod bokeh;
 mod chart;
 mod data;
 mod difference;
@@ -51,6 +52,8 @@ enum Command {
     Speed(speed::Options),
     /// A GPU: solvers, whole frames, storage; beside the papers, a memory copy and cuSPARSE.
     Gpu(gpu::Options),
+    /// Highlights beside path-traced lights, and their shapes.
+    Bokeh(bokeh::Options),
     /// Whether the GPU makes the CPU's pictures; fails where it does not.
     Same(same::Options),
 }
@@ -66,6 +69,7 @@ fn main() -> Result<()> {
         Command::SpreadingFigures(options) => spreading_figures::run(&options),
         Command::Speed(options) => speed::run(&options),
         Command::Gpu(options) => gpu::run(&options),
+        Command::Bokeh(options) => bokeh::run(&options),
         Command::Same(options) => same::run(&options),
     }
 }

@@ -386,6 +386,22 @@ options! {
         /// Height of a point's image over its width: 2 for an anamorphic lens of squeeze 2.
         #[arg(long, value_name = "RATIO", allow_negative_numbers = true, help_heading = "Blur")]
         squeeze: Number,
+        /// Brightness from which light out of focus is spread as highlights in the aperture's shape: the largest of a pixel's red, green
+        /// and blue, linear, 1 for white. No highlights if not given.
+        #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Highlights")]
+        bokeh_threshold: Number,
+        /// Factor on the highlights' light; 1, which keeps energy, if not given.
+        #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Highlights")]
+        bokeh_gain: Number,
+        /// How softly light becomes a highlight, as a part of the threshold: 0 to 1; 0.5 if not given.
+        #[arg(long, value_name = "PART", allow_negative_numbers = true, help_heading = "Highlights")]
+        bokeh_knee: Number,
+        /// Circle of confusion, in pixels of a picture 960 wide, from which light is spread; 2 if not given.
+        #[arg(long, value_name = "PX", allow_negative_numbers = true, help_heading = "Highlights")]
+        bokeh_least: Number,
+        /// Optical vignetting: how far highlights are cut towards the corners, 0 (not at all) to 1.
+        #[arg(long, value_name = "PART", allow_negative_numbers = true, help_heading = "Highlights")]
+        cats_eye: Number,
         /// How finely --method pyramid draws.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         quality: QualityName,

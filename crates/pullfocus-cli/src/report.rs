@@ -97,6 +97,8 @@ pub struct FrameReport {
     pub coc_range_px: Option<[f32; 2]>,
     /// Number of layers blurred.
     pub layers: Option<usize>,
+    /// Number of highlights spread, where that was asked for.
+    pub highlights: Option<usize>,
     /// Part of depth edges that hold in-between values.
     pub blended_depth_edges: Option<f32>,
     /// Milliseconds of each stage, reading and writing included, in order.
@@ -135,6 +137,7 @@ impl FrameReport {
             camera: Vec::new(),
             coc_range_px: None,
             layers: None,
+            highlights: None,
             blended_depth_edges: None,
             stages: Vec::new(),
             total_ms: 0.0,
@@ -153,6 +156,7 @@ impl FrameReport {
         }
         self.coc_range_px = Some(report.coc_range);
         self.layers = Some(report.layers);
+        self.highlights = report.highlights;
         self.blended_depth_edges = report.blended_depth_edges;
     }
 

@@ -13,8 +13,8 @@ use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::response::Rational;
 use pullfocus_core::tensor::{Gathering, LEAST_SPACING, MOST_SPACING, Sites, Spreading};
 use pullfocus_core::{
-    Aperture, ApertureShape, CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering, Method,
-    Mipmap, Preset, Psf, Quality, Settings, Solver, Tensor,
+    Aperture, ApertureShape, Bokeh, CocSettings, DepthDecoding, DepthKind, Diffusion, Integrator, Layering,
+    Method, Mipmap, Preset, Psf, Quality, Settings, Solver, Tensor,
 };
 use pullfocus_io::Limits;
 use std::path::Path;
@@ -45,6 +45,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         method,
         psf,
         aperture: aperture(blur)?,
+        bokeh: bokeh(blur)?,
         quality,
         mipmap: mipmap(blur, method)?,
         tensor: tensor(blur)?,
@@ -153,10 +154,10 @@ fn method(blur: &Blur, preset: Method) -> Result<(Method, Psf, Quality)> {
         Some(PsfName::Aperture) => Psf::Aperture,
         Some(PsfName::Gaussian) | None => Psf::Gaussian,
     };
-    let shaped = psf == Psf::Aperture || method == Method::Aperture;
+    let shaped = psf == Psf::Aperture || method == Method::Aperture || blur.bokeh_threshold.is_some();
     if let Some(option) = of_aperture(blur).filter(|_| !shaped) {
         return Err(Failure::usage(format!(
-            "{option} needs a method that has the aperture's shape: --method aperture, or naive and gather with --psf aperture"
+            "{option} needs a method that has the aperture's shape: --method aperture, naive and gather with --psf aperture, or highlights (--bokeh-threshold)"
         )));
     }
     Ok((method, psf, quality))
@@ -189,6 +190,37 @@ fn aperture(blur: &Blur) -> Result<Aperture> {
         roundness: or(blur.aperture_roundness, 0.0),
         squeeze: or(blur.squeeze, 1.0),
     })
+}
+
+/// The first option given that says what highlights look like.
+pub fn of_bokeh(blur: &Blur) -> Option<&'static str> {
+    let given = [
+        (blur.bokeh_gain.is_some(), "--bokeh-gain"),
+        (blur.bokeh_knee.is_some(), "--bokeh-knee"),
+        (blur.bokeh_least.is_some(), "--bokeh-least"),
+        (blur.cats_eye.is_some(), "--cats-eye"),
+    ];
+    given.into_iter().find(|(given, _)| *given).map(|(_, name)| name)
+}
+
+fn bokeh(blur: &Blur) -> Result<Option<Bokeh>> {
+    let Some(Number(threshold)) = blur.bokeh_threshold else {
+        return match of_bokeh(blur) {
+            None => Ok(None),
+            Some(option) => Err(Failure::usage(format!(
+                "{option} goes with --bokeh-threshold X, the brightness from which light is a highlight"
+            ))),
+        };
+    };
+    let plain = Bokeh::default();
+    let or = |number: Option<Number>, or| number.map_or(or, |number| number.0);
+    Ok(Some(Bokeh {
+        threshold,
+        gain: or(blur.bokeh_gain, plain.gain),
+        knee: or(blur.bokeh_knee, plain.knee),
+        least_diameter: or(blur.bokeh_least, plain.least_diameter),
+        cats_eye: or(blur.cats_eye, plain.cats_eye),
+    }))
 }
 
 /// How much light a picture of an aperture lets through: the mean of its colours, as far as it is not transparent.
@@ -415,6 +447,13 @@ mod tests {
         refused("method = 'gather'\nsolver = 'jacobi'\nsweeps = 9", "--solver goes with --method diffusion");
         refused("psf = 'aperture'", "--method naive or gather");
         refused("method = 'pyramid'\naperture = 'blades:6'", "--method aperture");
+        for option in ["bokeh-gain", "bokeh-knee", "bokeh-least", "cats-eye"] {
+            refused(&format!("{option} = 0.5"), "goes with --bokeh-threshold");
+        }
+        refused("bokeh-threshold = 0", "above 0");
+        refused("bokeh-threshold = 1\nbokeh-gain = -1", "between 0 and 1000");
+        refused("bokeh-threshold = 1\nbokeh-knee = 2", "between 0 and 1");
+        refused("bokeh-threshold = 1\ncats-eye = 1.5", "between 0 and 1");
         refused("method = 'naive'\nsqueeze = 2", "--psf aperture");
         let naive = |rest: &str| format!("method = 'naive'\npsf = 'aperture'\n{rest}");
         refused(&naive("aperture-roundness = 0.5"), "--aperture blades:N");
@@ -444,6 +483,10 @@ mod tests {
         {
             assert_eq!(made(&format!("method = '{name}'")).unwrap().method, method);
         }
+        let highlights = "bokeh-threshold = 3\nbokeh-gain = 2\nbokeh-least = 4\naperture = 'blades:5'";
+        let settings = made(highlights).unwrap();
+        let expected = Bokeh { threshold: 3.0, gain: 2.0, least_diameter: 4.0, ..Bokeh::default() };
+        assert_eq!((settings.bokeh, settings.aperture), (Some(expected), Aperture::blades(5, 0.0)));
         let blades =
             made("method = 'naive'\npsf = 'aperture'\naperture = 'blades:6'\naperture-rotation = 15")
                 .unwrap();

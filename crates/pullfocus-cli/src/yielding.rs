@@ -107,7 +107,7 @@ pub fn method(file: &mut Blur, flags: &Blur) {
             (file.solver, file.sweeps, file.tolerance) = (None, None, None);
         }
         if !method_of(method).has_psf() {
-            without_aperture(file);
+            without_aperture(file, flags);
         }
         if method != MethodName::Pyramid {
             (file.quality, file.mipmap) = (None, None);
@@ -118,20 +118,24 @@ pub fn method(file: &mut Blur, flags: &Blur) {
         }
     } else if of_diffusion(flags).is_some() && file.method != Some(MethodName::Diffusion) {
         (file.method, file.quality, file.mipmap) = (None, None, None);
-        without_aperture(file);
+        without_aperture(file, flags);
         (file.tensor_sites, file.tensor_spacing) = (None, None);
         (file.tensor_gather, file.tensor_spread) = (None, None);
     } else if flags.psf == Some(PsfName::Gaussian) {
-        without_aperture(file);
+        without_aperture(file, flags);
     }
     if flags.aperture.is_some() && !matches!(flags.aperture, Some(Shape::Blades(_))) {
         file.aperture_roundness = None;
     }
 }
 
-/// No shape, and nothing that is said of one.
-fn without_aperture(file: &mut Blur) {
-    (file.psf, file.aperture) = (None, None);
+/// No shape of the method's own, and nothing that is said of one, but for highlights.
+fn without_aperture(file: &mut Blur, flags: &Blur) {
+    file.psf = None;
+    if flags.bokeh_threshold.or(file.bokeh_threshold).is_some() {
+        return;
+    }
+    file.aperture = None;
     (file.aperture_rotation, file.aperture_roundness, file.squeeze) = (None, None, None);
 }
 
@@ -173,6 +177,8 @@ mod tests {
     fn methods() {
         let disc = "method = 'naive'\npsf = 'aperture'";
         over("method = 'diffusion'", disc, "method = 'diffusion'");
+        let lights = "aperture = 'blades:6'\nbokeh-threshold = 2";
+        over("method = 'diffusion'", lights, &format!("method = 'diffusion'\n{lights}"));
         over("method = 'gather'", disc, "method = 'gather'\npsf = 'aperture'");
         over("psf = 'gaussian'", disc, "method = 'naive'\npsf = 'gaussian'");
         over("integrator = 'rational'", disc, "integrator = 'rational'");

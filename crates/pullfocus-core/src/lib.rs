@@ -11,6 +11,7 @@
 //! millimetres, circles of confusion as a **signed diameter in pixels, positive behind focus**.
 
 pub mod aperture;
+pub mod bokeh;
 pub mod camera;
 pub mod cancel;
 pub mod coc;
@@ -36,6 +37,7 @@ pub mod srgb;
 pub mod tensor;
 
 pub use aperture::{Aperture, ApertureShape};
+pub use bokeh::Bokeh;
 pub use camera::{Camera, Lens};
 pub use cancel::Cancel;
 pub use coc::{CocFormula, CocSettings};

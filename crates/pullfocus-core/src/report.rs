@@ -11,6 +11,8 @@ pub struct Report {
     pub coc_range: [f32; 2],
     /// How many layers were blurred.
     pub layers: usize,
+    /// How many highlights were spread, where that was asked for.
+    pub highlights: Option<usize>,
     /// The part of depth edges that hold in-between values, where depth was given: above
     /// [`ANTI_ALIASED_FROM`] the depth looks filtered.
     pub blended_depth_edges: Option<f32>,

@@ -1,6 +1,7 @@
 //! Everything that a user can choose about a blur, beside the camera.
 
 use crate::aperture::Aperture;
+use crate::bokeh::Bokeh;
 use crate::coc::CocSettings;
 use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
@@ -23,6 +24,8 @@ pub struct Settings {
     pub psf: Psf,
     /// The lens's aperture, where a method has its shape.
     pub aperture: Aperture,
+    /// Bright lights out of focus spread in the aperture's shape, whatever the method; none if not given.
+    pub bokeh: Option<Bokeh>,
     /// How finely the pyramid draws.
     pub quality: Quality,
     /// What the pyramid does between two levels.
@@ -74,6 +77,14 @@ impl Settings {
         }
     }
 
+    /// Refuses what only a device without highlights has to refuse.
+    ///
+    /// # Errors
+    /// [`crate::Error::Unsupported`].
+    pub fn expect_no_bokeh(&self) -> Result<()> {
+        self.bokeh.map_or(Ok(()), |_| Bokeh::refuse())
+    }
+
     /// Refuses values outside their ranges.
     ///
     /// # Errors
@@ -84,6 +95,7 @@ impl Settings {
         self.psf.check(self.method)?;
         self.aperture.check()?;
         self.tensor.check()?;
+        self.bokeh.as_ref().map_or(Ok(()), Bokeh::check)?;
         self.diffusion.check()
     }
 }

@@ -75,7 +75,18 @@ fn in_size(c: &mut Criterion, size: Size) {
         for (width, circle, _) in &circles {
             let (psf, quality) = (Psf::Gaussian, Quality::Standard);
             let method = Method::Tensor;
-            let spreading = Spread { method, psf, quality, tensor, circle, gamma: None, vertical_scale: 1.0 };
+            let (aperture, mipmap) = (&Aperture::DISC, Mipmap::Linear);
+            let spreading = Spread {
+                method,
+                psf,
+                aperture,
+                quality,
+                mipmap,
+                tensor,
+                circle,
+                gamma: None,
+                vertical_scale: 1.0,
+            };
             let mut buffers = SpreadBuffers::default();
             group.bench_function(BenchmarkId::new(format!("tensor{name}"), width), |b| {
                 b.iter(|| {

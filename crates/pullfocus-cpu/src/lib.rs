@@ -3,6 +3,7 @@
 //! Work runs on the rayon pool in which it is called: inside `ThreadPool::install` that is the caller's own.
 //! Results are the same bytes for any number of threads.
 
+pub mod bokeh;
 mod coc;
 mod depth_repair;
 pub mod diffusion;

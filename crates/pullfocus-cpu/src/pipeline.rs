@@ -1,5 +1,6 @@
 //! The sentence, in code: image + depth + camera → circle of confusion → layers → method → composite.
 
+use crate::bokeh::Shown;
 use crate::layers;
 use crate::rows::{fold_rows, for_each_row};
 use crate::work::{Memory, Work};
@@ -68,16 +69,25 @@ impl Renderer {
             coc_range = [coc_range[0].min(low), coc_range[1].max(high)];
         }
         work.report.coc_range = coc_range;
+        work.report.highlights = settings.bokeh.map(|_| 0);
 
         match settings.layering {
             Layering::Single => {
                 work.report.layers = 1;
+                let mut lights = work.take_lights(&mut colors(&mut base.picture), &self.coc)?;
                 let mut planes: Vec<&mut Plane> = base.picture.planes_mut().collect();
                 work.stage("blur", |work| work.blur(&mut planes, &self.coc, None))?;
+                let seen = Shown::ByCircle(&self.coc);
+                work.add_lights(&mut lights, &mut colors(&mut base.picture), seen)?;
+                work.give_lights(lights);
             }
             Layering::Background { layers, threshold } => {
                 let threshold = threshold as f32 * work.display_width;
+                let mut lights = work.take_lights(&mut colors(&mut base.picture), &self.coc)?;
                 layers::blur_over_background(&mut work, &mut base.picture, &self.coc, layers, threshold)?;
+                let seen = Shown::ByCircle(&self.coc);
+                work.add_lights(&mut lights, &mut colors(&mut base.picture), seen)?;
+                work.give_lights(lights);
             }
             // All in focus: the picture itself, to the last bit.
             Layering::General { .. } if in_focus => {}
@@ -124,6 +134,11 @@ impl Renderer {
         report.coc_range = range(coc, cancel)?;
         Ok(report)
     }
+}
+
+/// The planes that are light: alpha is none.
+fn colors(picture: &mut Picture) -> Vec<&mut Plane> {
+    picture.colors.iter_mut().collect()
 }
 
 /// The circle of confusion of one element, from its depth as it is or mended.

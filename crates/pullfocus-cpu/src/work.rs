@@ -1,5 +1,6 @@
 //! What every step of a render has at hand.
 
+use crate::bokeh::{Lights, Look};
 use crate::diffusion::{Conductivity, DiffusionBuffers, Medium, diffuse};
 use crate::pool::PlanePool;
 use crate::spreading::{Spread, SpreadBuffers, spread};
@@ -19,6 +20,8 @@ pub struct Memory {
     pub diffusion: DiffusionBuffers,
     /// The spreading methods' sums.
     pub spreading: SpreadBuffers,
+    /// Highlights.
+    pub lights: Lights,
 }
 
 /// One render's surroundings: settings, memory, the caller's wish to stop.
@@ -29,6 +32,8 @@ pub struct Work<'a> {
     pub psf: Psf,
     /// The aperture's shape, where it is spread.
     pub aperture: &'a Aperture,
+    /// What becomes of highlights, if they are spread.
+    pub look: Option<Look<'a>>,
     /// How finely the pyramid draws.
     pub quality: Quality,
     /// What the pyramid does between two levels.
@@ -69,6 +74,7 @@ impl<'a> Work<'a> {
             method: settings.method,
             psf: settings.psf,
             aperture: &settings.aperture,
+            look: settings.bokeh.map(|bokeh| Look::new(frame, bokeh, &settings.aperture)),
             quality: settings.quality,
             mipmap: settings.mipmap,
             tensor: settings.tensor,

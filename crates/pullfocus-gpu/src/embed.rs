@@ -141,6 +141,7 @@ impl Context {
         let FrameSettings { frame, camera, settings } = *frame;
         settings.check()?;
         settings.method.expect_diffusion()?;
+        settings.expect_no_bokeh()?;
         let size = buffers.size;
         if frame.data.size != size {
             return Err(mismatch("the frame's data window", frame.data.size, size));

@@ -312,6 +312,7 @@ impl Host {
     ) -> Result<Report> {
         settings.check()?;
         settings.method.expect_diffusion()?;
+        settings.expect_no_bokeh()?;
         scene.check()?;
         cancel.check()?;
         let size = scene.frame.data.size;

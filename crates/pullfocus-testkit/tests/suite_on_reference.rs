@@ -77,6 +77,8 @@ fn the_lists_hold_every_check_and_their_checks_run() {
     assert_eq!(diffusion.len(), declared(include_str!("../src/conformance/diffusion.rs")) - 1);
     let render = pullfocus_testkit::render_checks!(Renders);
     assert_eq!(render.len(), declared(include_str!("../src/conformance/render.rs")));
+    let bokeh = pullfocus_testkit::bokeh_checks!(Renders);
+    assert_eq!(bokeh.len(), declared(include_str!("../src/conformance/bokeh.rs")));
     let (_, check) = diffusion.iter().find(|(name, _)| *name == "odd_settings_are_refused").expect("a check");
     let mut subject: Diffuses = subject;
     check(&mut subject);

@@ -4,7 +4,7 @@ use crate::data::{DevScene, Reference, circles};
 use anyhow::Result;
 use pullfocus::diffusion::Calibration;
 use pullfocus::response::Rational;
-use pullfocus::{Cancel, Diffusion, Integrator, Layering, Picture, Plane, Preset, Renderer, Settings};
+use pullfocus::{Bokeh, Cancel, Diffusion, Integrator, Layering, Picture, Plane, Preset, Renderer, Settings};
 use pullfocus::{Method as Blur, Psf};
 use pullfocus_testkit::reference::layers::extend;
 use pullfocus_testkit::spread::{self, Shape};
@@ -193,6 +193,11 @@ fn spreading() -> Vec<Method> {
     rows.into_iter().flat_map(row).collect()
 }
 
+/// The default, and lights above white as sprites.
+fn highlights() -> Settings {
+    Settings { bokeh: Some(Bokeh::default()), ..Settings::preset(Preset::Final) }
+}
+
 /// All rows, in the table's order.
 pub fn all() -> Vec<Method> {
     use Calibration::{Beck, Kass, Variance};
@@ -207,6 +212,7 @@ pub fn all() -> Vec<Method> {
         Method::Unblurred,
         Ours("preset preview", Single, Settings::preset(Preset::Preview)),
         last(),
+        Ours("preset final, highlights", Single, highlights()),
         Ours(
             "one layer, 1 step, beta = d^2 (the first paper's letter)",
             Single,

@@ -172,6 +172,9 @@ fn tell(report: &FrameReport, console: &Console) {
     if let Some(layers) = report.layers {
         facts.push(if layers == 1 { "1 layer".into() } else { format!("{layers} layers") });
     }
+    if let Some(count) = report.highlights {
+        facts.push(if count == 1 { "1 highlight".into() } else { format!("{count} highlights") });
+    }
     facts.push(format!("{:.0} ms", report.total_ms));
     console.say(format!("{outputs}: {}", facts.join(", ")));
     if let Some(distance) = &report.distance {

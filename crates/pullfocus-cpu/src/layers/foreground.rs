@@ -13,6 +13,7 @@
 
 use super::fill::{Sources, enlarge_row, fill};
 use super::over;
+use crate::bokeh::Shown;
 use crate::rows::for_each_row;
 use crate::work::Work;
 use pullfocus_core::layers::fill::finest_step;
@@ -33,6 +34,17 @@ pub fn blur_element_over(
     for plane in element.colors.iter().chain([alpha]) {
         planes.push(work.memory.planes.copy(plane)?);
     }
+    let count = element.colors.len();
+    let mut lights = None;
+    if work.look.is_some() {
+        // The carried circles, on the element's own side of focus.
+        let mut signed = work.memory.planes.copy(&circle)?;
+        for_each_row(&mut signed, work.cancel, |y, row| {
+            row.iter_mut().zip(coc.row(y)).for_each(|(circle, c)| *circle = circle.copysign(*c));
+        })?;
+        lights = work.take_lights(&mut planes[..count].iter_mut().collect::<Vec<_>>(), &signed)?;
+        work.memory.planes.give([signed]);
+    }
     work.stage("foreground", |work| {
         let mut planes: Vec<&mut Plane> = planes.iter_mut().collect();
         work.blur(&mut planes, &circle, None)
@@ -45,6 +57,9 @@ pub fn blur_element_over(
         }
         Ok(())
     })?;
+    let mut colors: Vec<&mut Plane> = picture.colors.iter_mut().collect();
+    work.add_lights(&mut lights, &mut colors, Shown::All)?;
+    work.give_lights(lights);
     work.memory.planes.give(planes.into_iter().chain([circle]));
     work.report.layers += 1;
     Ok(())

@@ -20,6 +20,7 @@
 use super::edges::{self, Edges};
 use super::fill::{Sources, enlarge_row, fill};
 use super::{census, over};
+use crate::bokeh::Shown;
 use crate::rows::rows_of;
 use crate::wide;
 use crate::work::Work;
@@ -53,7 +54,9 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
         return Ok(());
     }
     let leading = picture.colors.len().min(LEADING);
+    let colors = picture.colors.len();
     let mut planes: Vec<&mut Plane> = picture.planes_mut().collect();
+    let mut lights = work.take_lights(&mut planes[..colors], coc)?;
 
     let (split, scale, edges, filled) = work.stage("layers", |work| {
         let (split, scale) = census::split(work, coc, layers as usize)?;
@@ -104,20 +107,32 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
             .give(layer.colors.into_iter().chain([layer.circle, layer.squares]).chain(layer.coverage));
     }
 
+    if let Some(lights) = &mut lights {
+        let coverages: Vec<&Plane> = blurred.chunks_exact(count + 2).map(|layer| &layer[count]).collect();
+        work.stage("highlights", |work| lights.share_out(&coverages, work.cancel))?;
+    }
     for (i, layer) in blurred.chunks_exact_mut(count + 2).enumerate() {
         let Some((circle, values)) = layer.split_last_mut() else { continue };
         // The farthest covers everything, and that needs no blur.
         let used = if i == 0 { count } else { count + 1 };
         let mut used: Vec<&mut Plane> = values[..used].iter_mut().collect();
         work.stage("blur", |work| work.blur(&mut used, circle, None))?;
+    }
+    if let Some(lights) = &mut lights {
+        let coverages: Vec<&Plane> = blurred.chunks_exact(count + 2).map(|layer| &layer[count]).collect();
+        work.stage("highlights", |work| lights.make_up(&coverages, work.cancel))?;
+    }
+    for (i, layer) in blurred.chunks_exact(count + 2).enumerate() {
         work.stage("composite", |work| {
-            let coverage = if i == 0 { None } else { Some(&values[count]) };
-            for (plane, layer) in planes.iter_mut().zip(&values[..count]) {
+            let coverage = if i == 0 { None } else { Some(&layer[count]) };
+            for (plane, layer) in planes.iter_mut().zip(&layer[..count]) {
                 over(plane, layer, coverage, work.cancel)?;
             }
             Ok(())
         })?;
+        work.add_lights(&mut lights, &mut planes[..colors], Shown::InLayer(i))?;
     }
+    work.give_lights(lights);
     work.memory.planes.give(blurred);
     Ok(())
 }

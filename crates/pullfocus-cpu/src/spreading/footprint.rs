@@ -4,7 +4,7 @@ use super::Spread;
 use crate::rows::for_each_row;
 use pullfocus_core::aperture::{Mask, Outline, Side};
 use pullfocus_core::psf::{discrete_gaussian, gaussian_reach, variance};
-use pullfocus_core::{ApertureShape, Cancel, Plane, Psf, Result};
+use pullfocus_core::{Aperture, ApertureShape, Cancel, Plane, Psf, Result};
 
 /// What makes footprints of diameters.
 pub enum Footprints {
@@ -44,7 +44,9 @@ impl Footprints {
     pub fn new(spread: &Spread<'_>, cancel: &Cancel) -> Result<Self> {
         Ok(match (spread.psf, &spread.aperture.shape, spread.aperture.outline()) {
             (Psf::Gaussian, ..) => Self::Gaussian(Gaussians::new(spread)),
-            (Psf::Aperture, ApertureShape::Image(mask), _) => Self::Picture(Pictures::new(spread, mask)),
+            (Psf::Aperture, ApertureShape::Image(mask), _) => {
+                Self::Picture(Pictures::new(spread.aperture, spread.vertical_scale, mask))
+            }
             (Psf::Aperture, _, outline) => {
                 let outline = outline.unwrap_or(Outline { sides: Vec::new() });
                 Self::Aperture(Apertures::new(spread, &outline, cancel)?)
@@ -350,22 +352,22 @@ pub struct Pictures {
     /// Pixels of the mask for each pixel across and down, at a diameter of one pixel.
     unit: [f64; 2],
     /// 1 / sum of all weights.
-    factor: f32,
+    pub factor: f32,
 }
 
 /// Circles below this are the pixel itself, whatever the picture.
 const LEAST_PICTURE: f32 = 1e-3;
 
 impl Pictures {
-    fn new(spread: &Spread<'_>, mask: &Mask) -> Self {
+    pub fn new(aperture: &Aperture, vertical_scale: f32, mask: &Mask) -> Self {
         let longer = mask.width().max(mask.height()) as f64;
-        let mask = mask.turned(spread.aperture.rotation_degrees);
+        let mask = mask.turned(aperture.rotation_degrees);
         let sums = mask.summed();
         let total = sums.last().copied().unwrap_or(1.0);
         Self {
             columns: mask.width() + 1,
             rows: mask.height() + 1,
-            unit: [longer * spread.aperture.squeeze, longer / f64::from(spread.vertical_scale)],
+            unit: [longer * aperture.squeeze, longer / f64::from(vertical_scale)],
             factor: (1.0 / total) as f32,
             sums,
         }
@@ -379,12 +381,13 @@ impl Pictures {
     }
 
     #[inline(always)]
-    fn rows(&self, diameter: f32) -> usize {
+    pub fn rows(&self, diameter: f32) -> usize {
         if diameter < LEAST_PICTURE { 0 } else { self.reach(diameter, 1) }
     }
 
     #[inline(always)]
-    fn row(&self, diameter: f32, dy: isize, weights: &mut Vec<f32>) -> Option<isize> {
+    /// The weights of the row `dy` pixels below the middle, and the first one's distance from the middle.
+    pub fn row(&self, diameter: f32, dy: isize, weights: &mut Vec<f32>) -> Option<isize> {
         weights.clear();
         if diameter < LEAST_PICTURE {
             weights.push(1.0 / self.factor);

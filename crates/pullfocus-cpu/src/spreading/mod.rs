@@ -17,7 +17,7 @@
 
 mod aperture;
 mod brute;
-mod footprint;
+pub(crate) mod footprint;
 mod pyramid;
 mod splats;
 mod square;

@@ -28,7 +28,9 @@
 //! | gather, before the division | yes, away from borders | no | yes, away from borders | yes |
 //! | tensor, before the division | no | where every pixel is a site; elsewhere nearly, where the blur is even | no | yes |
 //! | every spreading method, divided | yes, to the bit | no | yes | yes |
+//! | highlights | no: they are divided by nothing | yes, with gain 1 and without a cat's eye | no | yes |
 
+pub mod bokeh;
 mod compare;
 pub mod diffusion;
 pub mod render;
@@ -146,6 +148,23 @@ macro_rules! render_conformance {
     };
 }
 
+/// One `#[test]` per check of highlights; the argument makes a fresh [`RenderSubject`].
+#[macro_export]
+macro_rules! bokeh_conformance {
+    ($subject:expr) => {
+        $crate::bokeh_list!(conformance_tests, $subject);
+    };
+}
+
+/// The checks of highlights by name, `Vec<(&'static str, fn(&mut S))>` for a [`RenderSubject`] S: for tests that are made
+/// at run time.
+#[macro_export]
+macro_rules! bokeh_checks {
+    ($subject:ty) => {
+        $crate::bokeh_list!(conformance_checks, $subject)
+    };
+}
+
 /// The checks of a diffusion by name, `Vec<(&'static str, fn(&mut S))>` for a [`DiffusionSubject`] S: for tests that are
 /// made at run time.
 #[macro_export]
@@ -195,6 +214,19 @@ macro_rules! render_list {
             further_planes_do_not_change_the_others, any_number_of_threads_gives_the_same_bytes,
             a_second_run_gives_the_same_bytes, a_raised_flag_cancels, a_run_is_cancelled_from_outside,
             what_does_not_fit_is_refused
+        }
+    };
+}
+
+/// Every check of highlights, handed to another macro with that macro's own argument.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! bokeh_list {
+    ($to:ident, $subject:tt) => {
+        $crate::$to! { $subject, bokeh:
+            no_highlights_change_nothing, a_light_alone_is_a_disc, light_keeps_the_order_of_depth,
+            a_foreground_s_light_lies_over_all, a_focus_pull_over_lights_has_no_jumps, a_fading_light_has_no_jumps,
+            every_scene_gives_numbers, lights_give_the_same_bytes_again, a_flag_stops_the_lights
         }
     };
 }

@@ -40,7 +40,7 @@ fn all_settings(subject: &impl RenderSubject) -> Vec<Settings> {
     all
 }
 
-fn run(
+pub(super) fn run(
     subject: &mut impl RenderSubject,
     scene: &Scene,
     camera: Option<&Camera>,
@@ -53,11 +53,11 @@ fn run(
     scene.base.picture
 }
 
-fn same_bits(a: &Picture, b: &Picture) -> bool {
+pub(super) fn same_bits(a: &Picture, b: &Picture) -> bool {
     a.planes().map(bits).eq(b.planes().map(bits))
 }
 
-fn all_finite(picture: &Picture) -> bool {
+pub(super) fn all_finite(picture: &Picture) -> bool {
     picture.planes().all(|plane| plane.data().iter().all(|v| v.is_finite()))
 }
 

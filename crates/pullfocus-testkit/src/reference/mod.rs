@@ -1,5 +1,6 @@
 //! The methods and the papers' layers in f64.
 
+pub mod bokeh;
 pub mod diffusion;
 pub mod layers;
 pub mod line;

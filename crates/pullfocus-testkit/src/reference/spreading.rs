@@ -67,7 +67,7 @@ fn box_axis(t: f64) -> Vec<f64> {
 }
 
 /// How far (x, y) lies beyond the rim of an iris whose corners lie at 1; sides are arcs through two corners.
-fn beyond_iris(count: u32, roundness: f64, rotation: f64, x: f64, y: f64) -> f64 {
+pub(super) fn beyond_iris(count: u32, roundness: f64, rotation: f64, x: f64, y: f64) -> f64 {
     let step = TAU / f64::from(count);
     let side = |i: u32| {
         let angle = rotation + (f64::from(i) + 0.5) * step;
@@ -86,7 +86,7 @@ fn beyond_iris(count: u32, roundness: f64, rotation: f64, x: f64, y: f64) -> f64
 }
 
 /// Where the corners lie, in diameters, so that an iris has the variance of the disc: summed over rings of rays.
-fn corners(count: u32, roundness: f64) -> f64 {
+pub(super) fn corners(count: u32, roundness: f64) -> f64 {
     let rays = 4000;
     let (mut squares, mut fourths) = (0.0, 0.0);
     for i in 0..rays {
@@ -104,7 +104,7 @@ fn corners(count: u32, roundness: f64) -> f64 {
 }
 
 /// What of a mask lies on the pixel at (x, y): every one of the mask's pixels by the area that both share.
-fn on_pixel(mask: &Mask, unit: [f64; 2], x: isize, y: isize) -> f64 {
+pub(super) fn on_pixel(mask: &Mask, unit: [f64; 2], x: isize, y: isize) -> f64 {
     // Both ends of the pixel in the mask.
     let ends = |at: isize, unit: f64, count: usize| {
         [-0.5, 0.5].map(|half| 0.5 * count as f64 + (at as f64 + half) * unit)

@@ -1,0 +1,267 @@
+//! The outline of a sprite, cut into slices: where each begins and ends, and how much its ends slope.
+
+use pullfocus_core::aperture::Outline;
+
+/// One side of an outline; see [`pullfocus_core::aperture::Side`].
+#[derive(Debug, Clone, Copy)]
+struct Rim {
+    direction: [f64; 2],
+    apothem: f64,
+    centre: [f64; 2],
+    /// Infinite for a straight side.
+    radius: f64,
+}
+
+/// A second disc that cuts the aperture, in diameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    pub centre: [f64; 2],
+    pub radius: f64,
+}
+
+impl Cut {
+    /// Where the line `y` runs inside.
+    #[inline(always)]
+    pub fn ends(&self, y: f64) -> [f64; 2] {
+        chord(self.centre, self.radius, y)
+    }
+}
+
+/// A convex outline, in diameters of the circle of confusion.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    sides: Vec<Rim>,
+    /// The farthest that it reaches from the middle.
+    pub reach: f64,
+    whole: Extent,
+}
+
+/// Where an outline has its top and its bottom.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    pub top: f64,
+    pub bottom: f64,
+    /// Where no line is found, for rounding: the column of the tip.
+    tips: [f64; 2],
+    cut: Option<Cut>,
+}
+
+/// A part of a sprite between two lines: its height in pixels, and of either end the mean place and half of how far it
+/// slopes, in pixels from the middle.
+#[derive(Debug, Clone, Copy)]
+pub struct Slice {
+    pub height: f64,
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+}
+
+/// Slices of a row beside a tip, where ends slope most.
+const AT_TIPS: usize = 4;
+/// Steps by which tips are found: 1e-9 of a diameter.
+const STEPS: usize = 30;
+/// From this many rows on a sum of slices is the area, to f32's precision.
+const EXACT_FROM: f64 = 256.0;
+
+#[inline(always)]
+fn chord([cx, cy]: [f64; 2], radius: f64, y: f64) -> [f64; 2] {
+    let square = radius * radius - (y - cy) * (y - cy);
+    if square < 0.0 {
+        return [f64::INFINITY, f64::NEG_INFINITY];
+    }
+    let half = square.sqrt();
+    [cx - half, cx + half]
+}
+
+impl Shape {
+    pub fn new(outline: &Outline) -> Self {
+        let side = |side: &pullfocus_core::aperture::Side| Rim {
+            direction: side.direction,
+            apothem: side.apothem,
+            centre: if side.radius.is_finite() { side.centre() } else { [0.0; 2] },
+            radius: side.radius,
+        };
+        let sides = outline.sides.iter().map(side).collect();
+        let none = Extent { top: 0.0, bottom: 0.0, tips: [0.0; 2], cut: None };
+        let mut shape = Self { sides, reach: outline.reach(), whole: none };
+        shape.whole = shape.found(None);
+        shape
+    }
+
+    /// Where the line `y` runs inside the outline and the cut; the second end before the first where it does not.
+    #[inline(always)]
+    fn ends(&self, y: f64, cut: Option<Cut>) -> [f64; 2] {
+        let [mut low, mut high] = cut.map_or([f64::NEG_INFINITY, f64::INFINITY], |cut| cut.ends(y));
+        for side in &self.sides {
+            if side.radius.is_finite() {
+                let [from, to] = chord(side.centre, side.radius, y);
+                (low, high) = (low.max(from), high.min(to));
+                continue;
+            }
+            let [across, down] = side.direction;
+            let rest = side.apothem - down * y;
+            if across > 1e-12 {
+                high = high.min(rest / across);
+            } else if across < -1e-12 {
+                low = low.max(rest / across);
+            } else if rest < 0.0 {
+                return [f64::INFINITY, f64::NEG_INFINITY];
+            }
+        }
+        [low, high]
+    }
+
+    /// The outline cut by a disc of its own reach whose centre lies at `displacement`, at most that reach away.
+    pub fn cut(&self, displacement: [f64; 2]) -> Extent {
+        if displacement == [0.0; 2] {
+            return self.whole;
+        }
+        self.found(Some(Cut { centre: displacement, radius: self.reach }))
+    }
+
+    fn found(&self, cut: Option<Cut>) -> Extent {
+        // Half way to the second disc's centre lies inside every outline.
+        let inside = cut.map_or(0.0, |cut| 0.5 * cut.centre[1]);
+        let tip = |mut outside: f64| {
+            let mut inside = inside;
+            for _ in 0..STEPS {
+                let middle = 0.5 * (inside + outside);
+                let [low, high] = self.ends(middle, cut);
+                if low <= high { inside = middle } else { outside = middle }
+            }
+            let [low, high] = self.ends(inside, cut);
+            (inside, 0.5 * (low + high))
+        };
+        let (high, low) = match cut {
+            None => (-self.reach, self.reach),
+            Some(cut) => {
+                let ends = (cut.centre[1] - cut.radius, cut.centre[1] + cut.radius);
+                (ends.0.max(self.whole.top), ends.1.min(self.whole.bottom))
+            }
+        };
+        let ((top, above), (bottom, below)) = (tip(high - 1e-9), tip(low + 1e-9));
+        let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+        Extent { top, bottom, tips: [finite(above), finite(below)], cut }
+    }
+
+    /// The slices of the row whose middle lies `row` pixels below the sprite's. `unit` is a diameter in pixels across and down.
+    #[inline(always)]
+    pub fn row(&self, extent: &Extent, unit: [f64; 2], row: f64, mut each: impl FnMut(Slice)) {
+        let line = 1.0 / unit[1];
+        let from = ((row - 0.5) * line).max(extent.top);
+        let to = ((row + 0.5) * line).min(extent.bottom);
+        let middle = 0.5 * (extent.top + extent.bottom);
+        if from < to.min(middle) {
+            self.part(extent, unit, [from, to.min(middle)], extent.top, &mut each);
+        }
+        if from.max(middle) < to {
+            self.part(extent, unit, [to, from.max(middle)], extent.bottom, &mut each);
+        }
+    }
+
+    /// The slices between two lines of one half, the first one nearer to the tip.
+    #[inline(always)]
+    fn part(
+        &self,
+        extent: &Extent,
+        unit: [f64; 2],
+        [from, to]: [f64; 2],
+        tip: f64,
+        each: &mut impl FnMut(Slice),
+    ) {
+        let at = |y: f64| {
+            let [low, high] = self.ends(y, extent.cut);
+            let tip = extent.tips[usize::from(y > 0.5 * (extent.top + extent.bottom))];
+            if low <= high { [low, high] } else { [tip; 2] }
+        };
+        // Around a tip ends move as the root of the way from it.
+        let near = (from - tip).abs() * unit[1] < 1.0;
+        let count = if near { AT_TIPS } else { 1 };
+        let roots = [from, to].map(|y| (y - tip).abs().sqrt());
+        let toward = (to - from).signum();
+        let (mut first, mut start) = (from, at(from));
+        for i in 1..=count {
+            let last = if i == count {
+                to
+            } else {
+                let root = roots[0] + (roots[1] - roots[0]) * i as f64 / count as f64;
+                tip + toward * root * root
+            };
+            let (between, end) = (at(0.5 * (first + last)), at(last));
+            let side = |k: usize| {
+                let mean = (start[k] + 4.0 * between[k] + end[k]) / 6.0;
+                [mean * unit[0], 0.5 * (end[k] - start[k]).abs() * unit[0]]
+            };
+            each(Slice { height: (last - first).abs() * unit[1], low: side(0), high: side(1) });
+            (first, start) = (last, end);
+        }
+    }
+
+    /// The sum of all slices of the whole outline, in pixels.
+    pub fn area(&self, unit: [f64; 2]) -> f64 {
+        if unit[1] > EXACT_FROM {
+            return self.area([EXACT_FROM; 2]) * (unit[0] / EXACT_FROM) * (unit[1] / EXACT_FROM);
+        }
+        let reach = (self.reach * unit[1] + 0.5) as i32;
+        let mut area = 0.0;
+        for row in -reach..=reach {
+            self.row(&self.whole, unit, f64::from(row), |slice| {
+                area += slice.height * (slice.high[0] - slice.low[0]);
+            });
+        }
+        area
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pullfocus_core::Aperture;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn slices_have_the_area_of_the_outline() {
+        let disc = Shape::new(&Aperture::DISC.outline().unwrap());
+        for (diameter, tolerance) in [(1.3, 5e-3), (4.0, 2e-3), (50.0, 1e-4), (255.0, 1e-5), (4000.0, 1e-5)] {
+            let exact = PI / 4.0 * diameter * diameter;
+            let found = disc.area([diameter; 2]);
+            // Simpson's rule over four slices beside each tip.
+            assert!((found / exact - 1.0).abs() < tolerance, "{diameter}: {}", found / exact - 1.0);
+        }
+        let square = Shape::new(&Aperture::blades(4, 45.0).outline().unwrap());
+        let side = 12f64.sqrt() / 4.0 * 100.0;
+        assert!((square.area([100.0; 2]) / (side * side) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn areas_grow_evenly() {
+        for aperture in [Aperture::DISC, Aperture::blades(5, 10.0)] {
+            let shape = Shape::new(&aperture.outline().unwrap());
+            let per_square = |i: i32| {
+                let diameter = 1.0 + 0.01 * f64::from(i);
+                shape.area([diameter; 2]) / (diameter * diameter)
+            };
+            for i in 0..2000 {
+                let step = (per_square(i + 1) / per_square(i) - 1.0).abs();
+                assert!(step < 3e-3, "{i}: {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cut_disc_is_a_lens() {
+        let disc = Shape::new(&Aperture::DISC.outline().unwrap());
+        for [x, y] in [[0.5, 0.0], [0.0, -0.5], [0.3, 0.4], [0.1, 0.1]] {
+            let extent = disc.cut([x, y]);
+            let mut area = 0.0;
+            for row in -60..=60 {
+                disc.row(&extent, [100.0; 2], f64::from(row), |slice| {
+                    area += slice.height * (slice.high[0] - slice.low[0]);
+                });
+            }
+            // Two circles of radius 1/2, d apart.
+            let d = f64::hypot(x, y);
+            let exact = 0.5 * d.acos() - 0.5 * d * (1.0 - d * d).sqrt();
+            assert!((area / 1e4 / exact - 1.0).abs() < 1e-3, "{x} {y}: {} {exact}", area / 1e4);
+        }
+    }
+}
