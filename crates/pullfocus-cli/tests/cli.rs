@@ -110,7 +110,7 @@ fn existing_outputs_are_kept_unless_told() {
     let kept = ok(render(&["--resume"]));
     assert!(kept.contains("kept"), "{kept}");
     assert_eq!(fs::read(&output).unwrap(), first);
-    ok(render(&["--overwrite", "--front", "0"]));
+    ok(render(&["--overwrite", "--preset", "preview"]));
     assert_ne!(fs::read(&output).unwrap(), first);
     let itself =
         refused(2, pullfocus([&["render", &input, "-o", &input, "--overwrite"], &LENS[..]].concat()));

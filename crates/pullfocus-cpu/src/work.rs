@@ -6,8 +6,8 @@ use crate::pool::PlanePool;
 use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
-    Aperture, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality, Report, Result,
-    Settings, Solver, Tensor,
+    Aperture, ApertureShape, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality,
+    Report, Result, Settings, Solver, Tensor,
 };
 use std::time::Instant;
 
@@ -73,7 +73,15 @@ impl<'a> Work<'a> {
         Self {
             method: settings.method,
             psf: settings.psf,
-            aperture: &settings.aperture,
+            aperture: match settings.aperture.shape {
+                // A picture is no span: highlights have it, the rest a disc.
+                ApertureShape::Image(_)
+                    if settings.bokeh.is_some() && settings.method == Method::Aperture =>
+                {
+                    &Aperture::DISC
+                }
+                _ => &settings.aperture,
+            },
             look: settings.bokeh.map(|bokeh| Look::new(frame, bokeh, &settings.aperture)),
             quality: settings.quality,
             mipmap: settings.mipmap,
