@@ -91,7 +91,7 @@ impl TensorFilter<'_> {
         let mut sites = vec![];
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let skip = ((self.settings.spacing * self.circle(x, y) / 4.0) as usize).max(1);
-            if x % skip == 0 && y % skip == 0 {
+            if x.is_multiple_of(skip) && y.is_multiple_of(skip) {
                 let variance = self.diameter.data[y * width + x].powi(2) / 16.0;
                 sites.push(Site { at: [x as f64, y as f64], distance: skip as f64, variance });
             }

@@ -82,17 +82,16 @@ impl Levels {
                 let gathering = gathering_levels(site, call).map(|(level, _)| level);
                 for level in gathering.into_iter().chain([group.level]) {
                     let Some(ends) = ends.get_mut(level) else { continue };
-                    for axis in 0..2 {
-                        let at = middle(group.cell, level, at[axis]);
-                        ends[axis] = [ends[axis][0].min(at), ends[axis][1].max(at)];
+                    for (ends, at) in ends.iter_mut().zip(at) {
+                        let at = middle(group.cell, level, at);
+                        *ends = [ends[0].min(at), ends[1].max(at)];
                     }
                 }
             }
         }
         for (level, ends) in self.0.iter_mut().zip(ends) {
-            for axis in 0..2 {
+            for (axis, [first, last]) in ends.into_iter().enumerate() {
                 let Splats { reach, stride, .. } = call.splats[axis];
-                let [first, last] = ends[axis];
                 level.before[axis] = (first.unsigned_abs() + reach).max(LEAST_EDGE);
                 let end = (last as usize + 1 + stride.max(2 * reach + 1)).max(level.size[axis] + LEAST_EDGE);
                 level.extent[axis] = level.before[axis] + end;
@@ -292,7 +291,7 @@ impl Weights {
 
     /// For what a site gathers, in the middle of a cell of 2^`cell` pixels.
     #[inline(always)]
-    fn to_gather(
+    fn gathering(
         &mut self,
         site: &Site,
         [across, down]: [f64; 2],
@@ -307,7 +306,7 @@ impl Weights {
 
     /// For what it spreads.
     #[inline(always)]
-    fn to_spread(&mut self, site: &Site, cell: usize, level: usize, call: &Call<'_>) {
+    fn spreading(&mut self, site: &Site, cell: usize, level: usize, call: &Call<'_>) {
         let rest = |variance| cell_variance(variance, level) as f32;
         let [across, down] = site.spreads(call.spread.vertical_scale);
         call.splats[0].of_cell((cell, site.x), level, rest(across), true, &mut self.across);
@@ -352,7 +351,7 @@ impl Gather<'_> {
                     values.iter_mut().zip(pixel).for_each(|(value, pixel)| *value = *pixel);
                     continue;
                 }
-                weights.to_gather(site, variances, cell, l, call);
+                weights.gathering(site, variances, cell, l, call);
                 level.average::<STRIDE>(
                     call,
                     [site.x, site.y].map(|at| middle(cell, l, at)),
@@ -449,7 +448,7 @@ impl Draw<'_> {
                     continue;
                 }
                 let left = (x - reaches[0] + frame.before as isize) as usize;
-                weights.to_spread(site, group.cell, on, call);
+                weights.spreading(site, group.cell, on, call);
                 let (weight, row_length) = (site.weight(), frame.columns * call.channels);
                 let down = &weights.down[(first - top) as usize..(last - top) as usize];
                 let from = (first - start) as usize * row_length + left;

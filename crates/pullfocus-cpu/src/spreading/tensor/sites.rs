@@ -275,7 +275,7 @@ impl Sites {
             for x in 0..size.width {
                 let diameter = call.spread.diameter(x, y);
                 let distance = call.spread.tensor.skip(diameter * narrower);
-                if x % distance == 0 && y % distance == 0 {
+                if x.is_multiple_of(distance) && y.is_multiple_of(distance) {
                     let variance = variance(f64::from(diameter));
                     let size = [size.width, size.height];
                     found.add(&Place { cell: 0, at: [x, y], size, distance, variance }, call);
