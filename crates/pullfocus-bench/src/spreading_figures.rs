@@ -250,7 +250,7 @@ fn diagonal(scenes: &[DevScene]) -> Result<Figure> {
 fn resampling(scenes: &[DevScene]) -> Result<Figure> {
     let (mill, _) = scene(scenes, "S3")?;
     let colors = &mill.input.picture.colors;
-    let circle = Plane::filled(mill.size, 60.0)?;
+    let circle = Plane::filled(mill.size, 70.0)?;
     let filter = TensorFilter {
         settings: Tensor::default(),
         diameter: &Grid::from_plane(&circle),
@@ -292,7 +292,7 @@ fn places(circle: &Plane, sites: Sites) -> Panel {
     for site in filter.sites() {
         let [x, y] = site.at.map(f64::floor);
         if x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64 {
-            grid.data[y as usize * width + x as usize] = 1.0;
+            grid.data[y as usize * width + x as usize] += site.share;
         }
     }
     grey(&grid, 1.0)
@@ -324,7 +324,7 @@ fn sites(scenes: &[DevScene]) -> Result<[Figure; 2]> {
 fn missed() -> Result<Figure> {
     let size = Size::new(160, 120);
     let thing = |x: usize, y: usize| (x + 19) % 32 < 5 && (y + 11) % 30 < 5;
-    let ground = |x: usize, y: usize| if (x / 8 + y / 8) % 2 == 0 { 0.05 } else { 0.12 };
+    let ground = |x: usize, y: usize| if (x / 8 + y / 8).is_multiple_of(2) { 0.05 } else { 0.12 };
     let plane = |color: f32| Plane::from_fn(size, move |x, y| if thing(x, y) { color } else { ground(x, y) });
     let colors = [plane(8.0)?, plane(4.0)?, plane(0.6)?];
     // A skip level of 9: few of the things hold a row and a column that are multiples of it.
