@@ -28,13 +28,8 @@ pub fn run(options: &Options) -> Result<()> {
     let scenes = read_all(&workspace().join("data/dev480"))?;
     let mut figures = vec![svd()?, outer_product()?];
     if !options.output.quick {
-        figures.extend([
-            pyramid(&scenes)?,
-            diagonal(&scenes)?,
-            resampling(&scenes)?,
-            sites(&scenes)?,
-            missed()?,
-        ]);
+        figures.extend([pyramid(&scenes)?, diagonal(&scenes)?, resampling(&scenes)?, missed()?]);
+        figures.extend(sites(&scenes)?);
     }
     for Figure(name, columns, panels) in figures {
         let grid = Panel::grid(&panels, columns)?;
@@ -257,7 +252,7 @@ fn diagonal(scenes: &[DevScene]) -> Result<Figure> {
 fn resampling(scenes: &[DevScene]) -> Result<Figure> {
     let (mill, _) = scene(scenes, "S3")?;
     let colors = &mill.input.picture.colors;
-    let circle = Plane::filled(mill.size, 60.0)?;
+    let circle = Plane::filled(mill.size, 70.0)?;
     let filter = TensorFilter {
         settings: Tensor::default(),
         diameter: &Grid::from_plane(&circle),
@@ -299,14 +294,14 @@ fn places(circle: &Plane, sites: Sites) -> Panel {
     for site in filter.sites() {
         let [x, y] = site.at.map(f64::floor);
         if x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64 {
-            grid.data[y as usize * width + x as usize] = 1.0;
+            grid.data[y as usize * width + x as usize] += site.share;
         }
     }
     grey(&grid, 1.0)
 }
 
 /// Figure 7: a blur map, sites by both rules, and the result.
-fn sites(scenes: &[DevScene]) -> Result<Figure> {
+fn sites(scenes: &[DevScene]) -> Result<[Figure; 2]> {
     let (table, lens) = scene(scenes, "S5")?;
     let colors = &table.input.picture.colors;
     let circles = wider(&lens.circles, 4.0)?;
@@ -317,15 +312,14 @@ fn sites(scenes: &[DevScene]) -> Result<Figure> {
         spread: Spreading::Naive,
         ..Tensor::default()
     };
-    let panels = vec![
+    let placed = vec![
         Panel::of_circles(&circles, 100.0),
         places(&circles, Sites::Quadtree),
         places(&circles, Sites::Skip),
-        Panel::of(&blurred(colors, &circles, Method::Naive, Tensor::default())?)?,
-        tensor(Tensor::default())?,
-        tensor(skip)?,
     ];
-    Ok(Figure("third_7.jpg", 3, panels))
+    let naive = Panel::of(&blurred(colors, &circles, Method::Naive, Tensor::default())?)?;
+    let results = vec![naive, tensor(Tensor::default())?, tensor(skip)?];
+    Ok([Figure("third_7_sites.png", 3, placed), Figure("third_7.jpg", 3, results)])
 }
 
 /// Section 6.1: small blurred things that no skip level meets.

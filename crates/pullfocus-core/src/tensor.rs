@@ -111,6 +111,11 @@ pub fn gathered(variance: f64, distance: f64) -> f64 {
 /// How much larger than the least circle the largest one in and around a leaf may be.
 pub const EVEN: f32 = 1.25;
 
+/// How much wider than a cell the spacing is where that is a leaf altogether.
+pub const FADE: f32 = 0.25;
+/// How far below [`EVEN`] circles are even enough for a leaf altogether.
+pub const EVEN_FADE: f32 = 0.1;
+
 /// Sites that are continued beyond each border, at most: the spacing is at least half of what is allowed, except where
 /// circles vary quickly.
 pub const BEYOND: usize = 8;
@@ -134,11 +139,19 @@ impl Tensor {
         self.spacing as f32 * 0.25 * diameter
     }
 
-    /// Whether a cell of 2^`level` pixels can be a leaf with one site, if circles in it and in the eight cells of its size around it, from
-    /// which it gathers as well, have `least` to `most` pixels along their narrower axis. Whatever lies in a cell that can, can.
+    /// How much of a cell of 2^`level` pixels is a leaf with one site, from 0 to 1, if circles in it and in the eight cells of its size around
+    /// it, from which it gathers as well, have `least` to `most` pixels along their narrower axis; the rest is left to its four parts. It
+    /// falls to 0 where the cell is as wide as the spacing, and where `most` is [`EVEN`] times `least`, without a jump. Whatever lies in a
+    /// cell has no less.
     #[inline(always)]
-    pub fn fits(self, level: usize, least: f32, most: f32) -> bool {
-        level == 0 || ((1u64 << level) as f32 <= self.distance(least) && most <= EVEN * least)
+    pub fn leaf(self, level: usize, least: f32, most: f32) -> f32 {
+        if level == 0 {
+            return 1.0;
+        }
+        let narrow = (self.distance(least) / (1u64 << level) as f32 - 1.0) / FADE;
+        let even = (EVEN * least - most) / (EVEN_FADE * least);
+        // No number, of circles of 0, is none of these.
+        if narrow > 0.0 && even > 0.0 { narrow.min(1.0) * even.min(1.0) } else { 0.0 }
     }
 
     /// The skip level of a pixel whose circle has `diameter` pixels along its narrower axis, 1 or more: it is a site if both its
@@ -192,18 +205,22 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_in_a_leaf_could_be_one() {
-        let tensor = Tensor::default();
+    fn what_lies_in_a_leaf_is_one_no_less() {
+        let tensor = Tensor { spacing: 0.8, ..Tensor::default() };
         for level in 1..6 {
-            for (least, most) in [(10.0, 11.0), (40.0, 50.0), (40.0, 50.1), (400.0, 410.0)] {
-                let inside = tensor.fits(level - 1, least + 0.2, most);
-                assert!(inside || !tensor.fits(level, least, most), "{level}: {least} {most}");
+            for (least, most) in [(10.0, 11.0), (40.0, 46.0), (46.0, 50.1), (400.0, 410.0)] {
+                assert!(tensor.leaf(level - 1, least + 0.2, most) >= tensor.leaf(level, least, most));
             }
         }
-        assert!(tensor.fits(0, 0.0, 900.0) && !tensor.fits(1, 0.0, 0.0));
-        // 0.8 of a deviation of 10 px.
-        let tensor = Tensor { spacing: 0.8, ..tensor };
-        assert!(tensor.fits(3, 40.0, 50.0) && !tensor.fits(4, 40.0, 50.0) && !tensor.fits(3, 40.0, 51.0));
+        assert_eq!((tensor.leaf(0, 0.0, 900.0), tensor.leaf(1, 0.0, 0.0)), (1.0, 0.0));
+        // 0.8 of a deviation of 12.5 px is 10.
+        assert_eq!(
+            (tensor.leaf(3, 50.0, 57.0), tensor.leaf(4, 50.0, 57.0), tensor.leaf(3, 50.0, 63.0)),
+            (1.0, 0.0, 0.0)
+        );
+        let half = tensor.leaf(3, 45.0, 45.0);
+        // f32 rounding.
+        assert!((half - 0.5).abs() < 1e-5, "{half}");
         assert_eq!([0.0, 9.0, 40.0].map(|c| tensor.skip(c)), [1, 1, 8]);
     }
 

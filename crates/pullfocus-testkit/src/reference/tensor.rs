@@ -3,7 +3,7 @@
 use super::spreading::lattice_gaussian;
 use crate::grid::Grid;
 use pullfocus_core::Tensor;
-use pullfocus_core::tensor::{EVEN, PATTERN, Sites};
+use pullfocus_core::tensor::{EVEN, EVEN_FADE, FADE, PATTERN, Sites};
 use std::f64::consts::PI;
 
 /// One site.
@@ -15,6 +15,8 @@ pub struct Site {
     pub distance: f64,
     /// Variance of its blur along the width, in square pixels.
     pub variance: f64,
+    /// How much of it is there, the rest being left to its four parts.
+    pub share: f64,
 }
 
 /// A picture's circles of confusion and how they are blurred.
@@ -50,7 +52,7 @@ impl TensorFilter<'_> {
             Sites::Quadtree => {
                 let longer = self.diameter.width.max(self.diameter.height);
                 let mut leaves = vec![];
-                self.cut(longer.next_power_of_two(), [0, 0], &mut leaves);
+                self.cut(longer.next_power_of_two(), [0, 0], 1.0, &mut leaves);
                 leaves
             }
             Sites::Skip => self.by_skip_level(),
@@ -58,9 +60,9 @@ impl TensorFilter<'_> {
         inside.iter().flat_map(|site| self.continued(site)).collect()
     }
 
-    fn cut(&self, side: usize, [left, top]: [usize; 2], leaves: &mut Vec<Site>) {
+    fn cut(&self, side: usize, [left, top]: [usize; 2], rest: f64, leaves: &mut Vec<Site>) {
         let (right, below) = ((left + side).min(self.diameter.width), (top + side).min(self.diameter.height));
-        if left >= right || top >= below {
+        if left >= right || top >= below || rest == 0.0 {
             return;
         }
         let ends = |from: [usize; 2], to: [usize; 2]| {
@@ -71,19 +73,29 @@ impl TensorFilter<'_> {
         let around = [left, top].map(|at| at.saturating_sub(side));
         let ending = [(right + side).min(self.diameter.width), (below + side).min(self.diameter.height)];
         let (least, most) = ends(around, ending);
-        let suits = side as f64 <= self.settings.spacing * least / 4.0 && most <= f64::from(EVEN) * least;
-        if side > 1 && !suits {
+        let narrow = (self.settings.spacing * least / 4.0 / side as f64 - 1.0) / f64::from(FADE);
+        let even = (f64::from(EVEN) * least - most) / (f64::from(EVEN_FADE) * least);
+        let leaf = if side == 1 {
+            1.0
+        } else if least > 0.0 {
+            narrow.clamp(0.0, 1.0) * even.clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        if leaf < 1.0 {
             let half = side / 2;
             for corner in [[left, top], [left + half, top], [left, top + half], [left + half, top + half]] {
-                self.cut(half, corner, leaves);
+                self.cut(half, corner, rest * (1.0 - leaf), leaves);
             }
+        }
+        if leaf == 0.0 {
             return;
         }
         let (least, most) = ends([left, top], [right, below]);
         let variance = (least * least + most * most) / 32.0 / self.vertical_scale.min(1.0).powi(2);
         let middle = (side as f64 - 1.0) / 2.0;
         let at = [left as f64 + middle, top as f64 + middle];
-        leaves.push(Site { at, distance: side as f64, variance });
+        leaves.push(Site { at, distance: side as f64, variance, share: rest * leaf });
     }
 
     fn by_skip_level(&self) -> Vec<Site> {
@@ -91,9 +103,9 @@ impl TensorFilter<'_> {
         let mut sites = vec![];
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let skip = ((self.settings.spacing * self.circle(x, y) / 4.0) as usize).max(1);
-            if x % skip == 0 && y % skip == 0 {
+            if x.is_multiple_of(skip) && y.is_multiple_of(skip) {
                 let variance = self.diameter.data[y * width + x].powi(2) / 16.0;
-                sites.push(Site { at: [x as f64, y as f64], distance: skip as f64, variance });
+                sites.push(Site { at: [x as f64, y as f64], distance: skip as f64, variance, share: 1.0 });
             }
         }
         sites
@@ -133,7 +145,7 @@ impl TensorFilter<'_> {
                 average += of_row * line.iter().zip(&across).map(|(v, w)| v * w).sum::<f64>();
             }
             let (across, down) = (axis(0, 1), axis(1, 1));
-            let weight = average * site.distance.powi(2);
+            let weight = average * site.share * site.distance.powi(2);
             for (line, of_row) in sums.data.chunks_mut(width).zip(&down) {
                 line.iter_mut().zip(&across).for_each(|(sum, w)| *sum += weight * of_row * w);
             }
@@ -169,12 +181,14 @@ mod tests {
         let diameter = Grid::from_fn(45, 29, |x, y| if x < 20 { 40.0 } else { 0.8 * (x + y) as f64 });
         let filter = TensorFilter { settings: Tensor::default(), diameter: &diameter, vertical_scale: 1.0 };
         let mut covered = Grid::filled(45, 29, 0.0);
-        for Site { at, distance, .. } in filter.sites() {
+        for Site { at, distance, share, .. } in filter.sites() {
             for (i, pixel) in covered.data.iter_mut().enumerate() {
                 let [x, y] = [(i % 45) as f64, (i / 45) as f64];
-                *pixel += f64::from(u8::from((x - at[0]).abs().max((y - at[1]).abs()) < distance / 2.0));
+                *pixel +=
+                    share * f64::from(u8::from((x - at[0]).abs().max((y - at[1]).abs()) < distance / 2.0));
             }
         }
-        assert!(covered.data.iter().all(|n| *n == 1.0));
+        // Rounding of f64.
+        assert!(covered.data.iter().all(|n| (n - 1.0).abs() < 1e-12));
     }
 }

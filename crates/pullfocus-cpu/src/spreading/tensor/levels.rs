@@ -82,9 +82,9 @@ impl Levels {
                 let gathering = gathering_levels(site, call).map(|(level, _)| level);
                 for level in gathering.into_iter().chain([group.level]) {
                     let Some(ends) = ends.get_mut(level) else { continue };
-                    for axis in 0..2 {
-                        let at = middle(group.cell, level, at[axis]);
-                        ends[axis] = [ends[axis][0].min(at), ends[axis][1].max(at)];
+                    for (ends, at) in ends.iter_mut().zip(at) {
+                        let at = middle(group.cell, level, at);
+                        *ends = [ends[0].min(at), ends[1].max(at)];
                     }
                 }
             }

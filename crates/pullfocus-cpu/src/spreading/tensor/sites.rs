@@ -21,7 +21,7 @@ pub struct Site {
     pub variance: f32,
     /// How many pixels away the next ones lie.
     pub distance: f32,
-    /// How much of it this one is: two levels can share a site.
+    /// How much of it this one is: cells of two sizes can share a place, and two levels a site.
     pub share: f32,
 }
 
@@ -85,17 +85,17 @@ struct Cells {
     height: usize,
     least: Vec<f32>,
     most: Vec<f32>,
-    /// Which of them can be leaves; for cells of more than a pixel.
-    fits: Vec<bool>,
+    /// How much of a leaf each of them can be; for cells of more than a pixel.
+    leaf: Vec<f32>,
 }
 
 impl Cells {
-    /// Fills `fits`: a site gathers from the cells around its own too, which have to suit it.
+    /// Fills `leaf`: a site gathers from the cells around its own too, which have to suit it.
     fn judge(&mut self, call: &Call<'_>, level: usize) -> Result<()> {
-        let Self { width, height, least, most, fits } = self;
+        let Self { width, height, least, most, leaf } = self;
         let (width, height) = (*width, *height);
-        zeros(fits, width * height, "the circles of a quadtree", call.size())?;
-        fits.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        zeros(leaf, width * height, "the circles of a quadtree", call.size())?;
+        leaf.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
             let rows = y.saturating_sub(1)..(y + 2).min(height);
             let column = |x: usize| {
                 rows.clone()
@@ -104,10 +104,10 @@ impl Cells {
             };
             let join = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
             let (mut before, mut this) = (column(0), column(0));
-            for (x, fits) in row.iter_mut().enumerate() {
+            for (x, leaf) in row.iter_mut().enumerate() {
                 let after = column((x + 1).min(width - 1));
                 let (low, high) = join(join(before, this), after);
-                *fits = call.spread.tensor.fits(level, low, high);
+                *leaf = call.spread.tensor.leaf(level, low, high);
                 (before, this) = (this, after);
             }
         });
@@ -140,6 +140,8 @@ struct Place {
     distance: usize,
     /// The blur's variance along the width, in square pixels.
     variance: f64,
+    /// How much of it is a site.
+    share: f32,
 }
 
 impl Found {
@@ -154,14 +156,14 @@ impl Found {
 
     /// Adds a site and what continues it beyond the borders.
     fn add(&mut self, place: &Place, call: &Call<'_>) {
-        let &Place { cell, at, size, distance, variance } = place;
+        let &Place { cell, at, size, distance, variance, share } = place;
         let scale = f64::from(call.spread.vertical_scale);
         let pixels = (distance << cell) as f64;
         let narrower = variance * scale.min(1.0).powi(2);
         let (level, next) = level_of(narrower - gathered(narrower, pixels), Quality::Standard);
         if (0..2).all(|axis| at[axis] >= distance && at[axis] + distance < size[axis]) && next == 0.0 {
             let (x, y) = (at[0] as i32, at[1] as i32);
-            let site = Site { x, y, variance: variance as f32, distance: pixels as f32, share: 1.0 };
+            let site = Site { x, y, variance: variance as f32, distance: pixels as f32, share };
             self.of(level).0.push(site);
             return;
         }
@@ -174,7 +176,8 @@ impl Found {
         for (level, part) in
             [(level, 1.0 - next), (level + 1, next)].into_iter().filter(|(_, part)| *part > 0.0)
         {
-            let site = Site { x: 0, y: 0, variance: variance as f32, distance: pixels as f32, share: part };
+            let site =
+                Site { x: 0, y: 0, variance: variance as f32, distance: pixels as f32, share: share * part };
             for y in places(1, variance * scale * scale) {
                 let rows = 0..size[1] as i32;
                 let (inside, outside) = self.of(level);
@@ -219,7 +222,7 @@ impl Sites {
             let fine = self.cells.last().expect("the pixels are there");
             let level = self.cells.len();
             let widest = fine.least.par_iter().copied().reduce(|| 0.0, f32::max);
-            if !tensor.fits(level, widest, widest) {
+            if tensor.leaf(level, widest, widest) == 0.0 {
                 return Ok(());
             }
             let (width, height) = (fine.width.div_ceil(2), fine.height.div_ceil(2));
@@ -248,18 +251,37 @@ impl Sites {
     fn leaves(&mut self, call: &Call<'_>, level: usize) -> Result<()> {
         let cells = &self.cells;
         let Cells { width, height, .. } = cells[level];
-        let fits = |level: usize, x: usize, y: usize| {
-            level == 0 || cells.get(level).is_some_and(|cells| cells.fits[y * cells.width + x])
+        let leaf = |level: usize, x: usize, y: usize| {
+            if level == 0 {
+                1.0
+            } else {
+                cells.get(level).map_or(0.0, |cells| cells.leaf[y * cells.width + x])
+            }
+        };
+        // What the larger cells around have left; where one has none, no larger one has any.
+        let left = |x: usize, y: usize| {
+            let (mut left, mut up) = (1.0, 1);
+            loop {
+                match leaf(level + up, x >> up, y >> up) {
+                    0.0 => return left,
+                    share => left *= 1.0 - share,
+                }
+                up += 1;
+            }
         };
         // Circles were measured along the narrower axis.
         let narrower = f64::from(call.spread.vertical_scale.min(1.0)).powi(2);
         let row = |y: usize, found: &mut Found| {
             for x in 0..width {
-                if fits(level, x, y) && !fits(level + 1, x / 2, y / 2) {
+                let share = match leaf(level, x, y) {
+                    0.0 => 0.0,
+                    share => share * left(x, y),
+                };
+                if share > 0.0 {
                     let (least, most) = cells[level].ends(x, y);
                     let mean = 0.5 * (variance(f64::from(least)) + variance(f64::from(most)));
                     let (size, variance) = ([width, height], mean / narrower);
-                    found.add(&Place { cell: level, at: [x, y], size, distance: 1, variance }, call);
+                    found.add(&Place { cell: level, at: [x, y], size, distance: 1, variance, share }, call);
                 }
             }
         };
@@ -278,7 +300,7 @@ impl Sites {
                 if x.is_multiple_of(distance) && y.is_multiple_of(distance) {
                     let variance = variance(f64::from(diameter));
                     let size = [size.width, size.height];
-                    found.add(&Place { cell: 0, at: [x, y], size, distance, variance }, call);
+                    found.add(&Place { cell: 0, at: [x, y], size, distance, variance, share: 1.0 }, call);
                 }
             }
         };

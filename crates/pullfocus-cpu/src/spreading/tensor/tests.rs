@@ -71,9 +71,9 @@ fn every_choice_matches_the_f64_reference() {
 fn an_even_blur_is_down_sampling_and_up_sampling() {
     let size = Size::new(96, 64);
     let values = scenes::noise(size, 0.0, 1.0, 8);
-    let circle = scenes::constant(size, 60.0);
-    // 0.6 of a deviation of 15 px, rounded down to a power of two.
-    let (distance, variance) = (8usize, 225.0);
+    let circle = scenes::constant(size, 70.0);
+    // 0.6 of a deviation of 17.5 px, rounded down to a power of two.
+    let (distance, variance) = (8usize, 306.25);
     let steps = [gathered(variance, 8.0), variance - gathered(variance, 8.0)];
     // One axis of the smaller picture, with eight cells beyond either end: rows of weights over pixels.
     let axis = |length: usize, variance: f64| -> Vec<Vec<f64>> {
