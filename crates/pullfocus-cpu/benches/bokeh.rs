@@ -54,10 +54,10 @@ fn highlights(c: &mut Criterion) {
                     let mut planes: Vec<&mut Plane> = planes.iter_mut().collect();
                     let cancel = Cancel::new();
                     lights.take_out(&mut planes, circle, &bokeh, look.display_width, &cancel).unwrap();
+                    assert_eq!(lights.count(), size.area() / EVERY);
                     lights.add(&mut planes, &look, Shown::ByCircle(circle), &cancel).unwrap();
                 });
             });
-            assert_eq!(lights.count(), size.area() / EVERY);
         }
     }
     group.finish();

@@ -23,11 +23,11 @@ use pullfocus_core::bokeh::{Curve, Field, NODES, brightness, node, nodes, seen, 
 use pullfocus_core::psf::diameter;
 use pullfocus_core::{Aperture, ApertureShape, Bokeh, Cancel, Error, Frame, Plane, Result, Size};
 use rayon::prelude::*;
-use shape::{Cut, Extent, Shape};
+use shape::{Cut, Shape, Slices};
 use sums::{Grid, Row, Sums};
 
 /// Rows in one piece of work.
-const BAND: usize = 8;
+const BAND: usize = 16;
 /// Lights between two looks at the caller's flag: a millisecond of the largest.
 const LIGHTS: usize = 64;
 /// Lights whose factors are found together.
@@ -562,10 +562,16 @@ impl<const G: usize> Band<'_, '_, G> {
                 *value = f64::from(*color) * f64::from(factor);
             }
             let x = call.lights.columns[light] as usize;
-            let sprite = Sprite { call: &call, values, x, y, c };
             let from = y.saturating_sub(reach).max(rows.start);
             let to = (y + reach + 1).min(rows.end);
-            sprite.write(from..to, rows.start, &mut sums, &mut weights);
+            let sprite = Sprite { call: &call, values, x, y, c };
+            wide::run(Writing {
+                sprite,
+                rows: from..to,
+                first: rows.start,
+                sums: &mut sums,
+                weights: &mut weights,
+            });
             Ok(())
         });
         *self.sums = sums;
@@ -600,6 +606,23 @@ struct Sprite<'a, const G: usize> {
     c: f32,
 }
 
+/// Rows of the picture in which a sprite is written.
+struct Writing<'a, const G: usize> {
+    sprite: Sprite<'a, G>,
+    rows: std::ops::Range<usize>,
+    /// The sums' first row.
+    first: usize,
+    sums: &'a mut Sums<G>,
+    weights: &'a mut Vec<f32>,
+}
+
+impl<const G: usize> wide::Work for Writing<'_, G> {
+    #[inline(always)]
+    fn run(self) {
+        self.sprite.write(self.rows, self.first, self.sums, self.weights);
+    }
+}
+
 impl<const G: usize> Sprite<'_, G> {
     /// Writes the rows `rows` of the picture; `first` is the sums' first.
     #[inline(always)]
@@ -626,8 +649,10 @@ impl<const G: usize> Sprite<'_, G> {
             Kind::Outline(shapes) => {
                 let shape = &shapes[usize::from(self.c < 0.0)];
                 let extent = shape.cut(displacement);
+                let mut slices = Slices::new();
                 for y in rows {
-                    self.outline(shape, &extent, unit, y as f64 - self.y as f64, &mut sums.row(y - first));
+                    shape.row(&extent, unit, y as f64 - self.y as f64, &mut slices);
+                    self.outline(&slices, &mut sums.row(y - first));
                 }
             }
             Kind::Picture(pictures) => {
@@ -651,15 +676,19 @@ impl<const G: usize> Sprite<'_, G> {
     }
 
     #[inline(always)]
-    fn outline(&self, shape: &Shape, extent: &Extent, unit: [f64; 2], dy: f64, row: &mut Row<'_, G>) {
+    fn outline(&self, slices: &Slices, row: &mut Row<'_, G>) {
         let x = self.x as f64 + 0.5;
         let grid = self.call.grid;
-        shape.row(extent, unit, dy, |slice| {
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for slice in slices.all() {
             let ([low, low_slope], [high, high_slope]) = (slice.low, slice.high);
-            row.uses((x + low - low_slope).floor() as isize, (x + high + high_slope).floor() as isize + 2);
-            row.end(grid, &self.values, slice.height, 1.0, [x + low, low_slope]);
-            row.end(grid, &self.values, slice.height, -1.0, [x + high, high_slope]);
-        });
+            from = if low - low_slope < from { low - low_slope } else { from };
+            to = if high + high_slope > to { high + high_slope } else { to };
+            for (sign, end) in [(1.0, [x + low, low_slope]), (-1.0, [x + high, high_slope])] {
+                row.end(grid, &self.values, slice.height, sign, end);
+            }
+        }
+        row.uses((x + from).floor() as isize, (x + to).floor() as isize + 2);
     }
 
     #[inline(always)]

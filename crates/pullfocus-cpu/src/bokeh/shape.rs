@@ -1,5 +1,6 @@
 //! The outline of a sprite, cut into slices: where each begins and ends, and how much its ends slope.
 
+use crate::wide;
 use pullfocus_core::aperture::Outline;
 
 /// One side of an outline; see [`pullfocus_core::aperture::Side`].
@@ -55,6 +56,40 @@ pub struct Slice {
     pub high: [f64; 2],
 }
 
+/// The slices of a row, and its first and last line, which the next row shares.
+#[derive(Debug)]
+pub struct Slices {
+    list: [Slice; 2 * AT_TIPS],
+    count: usize,
+    known: [(f64, [f64; 2]); 2],
+}
+
+impl Slices {
+    pub fn new() -> Self {
+        let none = Slice { height: 0.0, low: [0.0; 2], high: [0.0; 2] };
+        Self { list: [none; 2 * AT_TIPS], count: 0, known: [(f64::NAN, [0.0; 2]); 2] }
+    }
+
+    /// All of a row's.
+    #[inline(always)]
+    pub fn all(&self) -> &[Slice] {
+        &self.list[..self.count]
+    }
+
+    /// The line `y`, which may be known from the row before.
+    #[inline(always)]
+    fn line(&self, shape: &Shape, extent: &Extent, y: f64) -> [f64; 2] {
+        let [first, last] = self.known;
+        if y == last.0 {
+            last.1
+        } else if y == first.0 {
+            first.1
+        } else {
+            shape.line(extent, y)
+        }
+    }
+}
+
 /// Slices of a row beside a tip, where ends slope most.
 const AT_TIPS: usize = 4;
 /// Steps by which tips are found: 1e-9 of a diameter.
@@ -70,6 +105,29 @@ fn chord([cx, cy]: [f64; 2], radius: f64, y: f64) -> [f64; 2] {
     }
     let half = square.sqrt();
     [cx - half, cx + half]
+}
+
+/// The part that a disc about the middle shares with another of its size.
+fn lens(cut: Cut) -> Extent {
+    let ([x, y], radius) = (cut.centre, cut.radius);
+    // Both rims meet half way, to either side.
+    let away = x.hypot(y);
+    let half = (radius * radius - 0.25 * away * away).max(0.0).sqrt() / away;
+    let meet = |sign: f64| [0.5 * x - sign * half * y, 0.5 * y + sign * half * x];
+    let within = |[px, py]: [f64; 2], [cx, cy]: [f64; 2]| (px - cx).hypot(py - cy) <= radius;
+    let tip = |sign: f64| {
+        let (own, other) = ([0.0, sign * radius], [x, y + sign * radius]);
+        if within(own, cut.centre) {
+            return own;
+        }
+        if within(other, [0.0; 2]) {
+            return other;
+        }
+        let (a, b) = (meet(1.0), meet(-1.0));
+        if (a[1] - b[1]) * sign > 0.0 { a } else { b }
+    };
+    let ([above, top], [below, bottom]) = (tip(-1.0), tip(1.0));
+    Extent { top, bottom, tips: [above, below], cut: Some(cut) }
 }
 
 impl Shape {
@@ -90,6 +148,10 @@ impl Shape {
     /// Where the line `y` runs inside the outline and the cut; the second end before the first where it does not.
     #[inline(always)]
     fn ends(&self, y: f64, cut: Option<Cut>) -> [f64; 2] {
+        if let ([side], None) = (&self.sides[..], cut) {
+            // A disc.
+            return chord([0.0; 2], side.radius, y);
+        }
         let [mut low, mut high] = cut.map_or([f64::NEG_INFINITY, f64::INFINITY], |cut| cut.ends(y));
         for side in &self.sides {
             if side.radius.is_finite() {
@@ -115,7 +177,8 @@ impl Shape {
         if displacement == [0.0; 2] {
             return self.whole;
         }
-        self.found(Some(Cut { centre: displacement, radius: self.reach }))
+        let cut = Cut { centre: displacement, radius: self.reach };
+        if self.sides.len() == 1 { lens(cut) } else { self.found(Some(cut)) }
     }
 
     fn found(&self, cut: Option<Cut>) -> Extent {
@@ -143,57 +206,64 @@ impl Shape {
         Extent { top, bottom, tips: [finite(above), finite(below)], cut }
     }
 
-    /// The slices of the row whose middle lies `row` pixels below the sprite's. `unit` is a diameter in pixels across and down.
+    /// Where the line `y` of an extent runs, which is its tip where rounding finds nothing.
     #[inline(always)]
-    pub fn row(&self, extent: &Extent, unit: [f64; 2], row: f64, mut each: impl FnMut(Slice)) {
+    fn line(&self, extent: &Extent, y: f64) -> [f64; 2] {
+        let [low, high] = self.ends(y, extent.cut);
+        let tip = extent.tips[usize::from(y > 0.5 * (extent.top + extent.bottom))];
+        if low <= high { [low, high] } else { [tip; 2] }
+    }
+
+    /// Replaces `slices` by those of the row whose middle lies `row` pixels below the sprite's. `unit` is a diameter in pixels across
+    /// and down.
+    #[inline(always)]
+    pub fn row(&self, extent: &Extent, unit: [f64; 2], row: f64, slices: &mut Slices) {
+        slices.count = 0;
         let line = 1.0 / unit[1];
         let from = ((row - 0.5) * line).max(extent.top);
         let to = ((row + 0.5) * line).min(extent.bottom);
         let middle = 0.5 * (extent.top + extent.bottom);
-        if from < to.min(middle) {
-            self.part(extent, unit, [from, to.min(middle)], extent.top, &mut each);
-        }
-        if from.max(middle) < to {
-            self.part(extent, unit, [to, from.max(middle)], extent.bottom, &mut each);
+        // One half's part, and where the middle is in the row the other's, each from its own tip.
+        let parts = [[from, to.min(middle)], [to, from.max(middle)]];
+        for (half, [first, last]) in parts.into_iter().enumerate() {
+            if (last - first) * (1.0 - 2.0 * half as f64) > 0.0 {
+                self.part(extent, unit, [first, last], half, slices);
+            }
         }
     }
 
     /// The slices between two lines of one half, the first one nearer to the tip.
     #[inline(always)]
-    fn part(
-        &self,
-        extent: &Extent,
-        unit: [f64; 2],
-        [from, to]: [f64; 2],
-        tip: f64,
-        each: &mut impl FnMut(Slice),
-    ) {
-        let at = |y: f64| {
-            let [low, high] = self.ends(y, extent.cut);
-            let tip = extent.tips[usize::from(y > 0.5 * (extent.top + extent.bottom))];
-            if low <= high { [low, high] } else { [tip; 2] }
-        };
+    fn part(&self, extent: &Extent, unit: [f64; 2], [from, to]: [f64; 2], half: usize, slices: &mut Slices) {
+        let tip = [extent.top, extent.bottom][half];
         // Around a tip ends move as the root of the way from it.
         let near = (from - tip).abs() * unit[1] < 1.0;
         let count = if near { AT_TIPS } else { 1 };
-        let roots = [from, to].map(|y| (y - tip).abs().sqrt());
+        let roots = if near { [from, to].map(|y| (y - tip).abs().sqrt()) } else { [0.0; 2] };
         let toward = (to - from).signum();
-        let (mut first, mut start) = (from, at(from));
+        let begin = slices.line(self, extent, from);
+        let (mut first, mut start) = (from, begin);
         for i in 1..=count {
-            let last = if i == count {
-                to
-            } else {
-                let root = roots[0] + (roots[1] - roots[0]) * i as f64 / count as f64;
-                tip + toward * root * root
-            };
-            let (between, end) = (at(0.5 * (first + last)), at(last));
-            let side = |k: usize| {
-                let mean = (start[k] + 4.0 * between[k] + end[k]) / 6.0;
-                [mean * unit[0], 0.5 * (end[k] - start[k]).abs() * unit[0]]
-            };
-            each(Slice { height: (last - first).abs() * unit[1], low: side(0), high: side(1) });
+            let root = roots[0] + (roots[1] - roots[0]) * i as f64 * (1.0 / AT_TIPS as f64);
+            let last = if i == count { to } else { tip + toward * root * root };
+            let (between, end) = (self.line(extent, 0.5 * (first + last)), slices.line(self, extent, last));
+            let mut sides = [[0.0; 2]; 2];
+            for (side, ((start, between), end)) in
+                sides.iter_mut().zip(start.into_iter().zip(between).zip(end))
+            {
+                *side = [
+                    (start + 4.0 * between + end) * (1.0 / 6.0) * unit[0],
+                    0.5 * (end - start).abs() * unit[0],
+                ];
+            }
+            let [low, high] = sides;
+            if let Some(slice) = slices.list.get_mut(slices.count) {
+                *slice = Slice { height: (last - first).abs() * unit[1], low, high };
+                slices.count += 1;
+            }
             (first, start) = (last, end);
         }
+        slices.known = [(from, begin), (to, start)];
     }
 
     /// The sum of all slices of the whole outline, in pixels.
@@ -203,12 +273,29 @@ impl Shape {
         }
         let reach = (self.reach * unit[1] + 0.5) as i32;
         let mut area = 0.0;
-        for row in -reach..=reach {
-            self.row(&self.whole, unit, f64::from(row), |slice| {
-                area += slice.height * (slice.high[0] - slice.low[0]);
-            });
-        }
+        wide::run(Area { shape: self, unit, rows: -reach..=reach, area: &mut area });
         area
+    }
+}
+
+/// The sum of all slices of some rows.
+struct Area<'a> {
+    shape: &'a Shape,
+    unit: [f64; 2],
+    rows: std::ops::RangeInclusive<i32>,
+    area: &'a mut f64,
+}
+
+impl wide::Work for Area<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let mut slices = Slices::new();
+        for row in self.rows {
+            self.shape.row(&self.shape.whole, self.unit, f64::from(row), &mut slices);
+            for slice in slices.all() {
+                *self.area += slice.height * (slice.high[0] - slice.low[0]);
+            }
+        }
     }
 }
 
@@ -253,10 +340,14 @@ mod tests {
         for [x, y] in [[0.5, 0.0], [0.0, -0.5], [0.3, 0.4], [0.1, 0.1]] {
             let extent = disc.cut([x, y]);
             let mut area = 0.0;
+            let mut slices = Slices::new();
             for row in -60..=60 {
-                disc.row(&extent, [100.0; 2], f64::from(row), |slice| {
-                    area += slice.height * (slice.high[0] - slice.low[0]);
-                });
+                disc.row(&extent, [100.0; 2], f64::from(row), &mut slices);
+                area += slices
+                    .all()
+                    .iter()
+                    .map(|slice| slice.height * (slice.high[0] - slice.low[0]))
+                    .sum::<f64>();
             }
             // Two circles of radius 1/2, d apart.
             let d = f64::hypot(x, y);

@@ -97,16 +97,17 @@ impl<const G: usize> Row<'_, G> {
     #[inline(always)]
     pub fn end(&mut self, grid: Grid, values: &[f64; G], height: f64, sign: f64, [place, slope]: [f64; 2]) {
         let (from, to) = (place - slope, place + slope);
-        let (first, last) = (from.floor(), to.floor());
+        let first = from.floor();
         let whole = grid.on(values, height * sign);
         let column = first as isize;
-        if first == last {
+        if to < first + 1.0 {
             // The part of the column that lies to the right of the end.
             let part = grid.on(values, height * sign * (first + 1.0 - place));
             self.add(column, part);
             self.add(column + 1, minus(whole, part));
             return;
         }
+        let last = to.floor();
         // What is covered of a column when the end lies anywhere between `from` and `to`.
         let until = |u: f64| {
             let inside = u.clamp(0.0, 1.0);
