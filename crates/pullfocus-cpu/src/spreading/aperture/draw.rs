@@ -61,8 +61,12 @@ impl Stripe {
             (part.first, part.rows) = (first, (last + 1 - first) as usize);
             part.columns = level.columns();
             reserve(&mut part.cells, call.channels * part.rows * part.columns, size)?;
-            // Two more columns take what ends at the right border.
-            reserve(&mut self.ends, call.channels * part.rows * (part.columns + 2), size)?;
+            // Channels come in pairs; two more columns take what ends at the right border.
+            reserve(
+                &mut self.ends,
+                call.channels.next_multiple_of(2) * part.rows * (part.columns + 2),
+                size,
+            )?;
             let mut result = Ok(());
             let ends = &mut self.ends[..];
             let rows = rows.clone();
@@ -87,13 +91,10 @@ impl wide::Work for Drawing<'_, '_> {
     #[inline(always)]
     fn run(mut self) {
         *self.result = match self.call.channels {
-            1 => self.channels::<1>(),
-            2 => self.channels::<2>(),
-            3 => self.channels::<3>(),
-            4 => self.channels::<4>(),
-            5 => self.channels::<5>(),
-            6 => self.channels::<6>(),
-            7 => self.channels::<7>(),
+            // Pairs: an odd one has an empty one beside it, and half as much is compiled.
+            1 | 2 => self.channels::<2>(),
+            3 | 4 => self.channels::<4>(),
+            5 | 6 => self.channels::<6>(),
             _ => self.channels::<8>(),
         };
     }
@@ -155,7 +156,8 @@ impl Drawing<'_, '_> {
             *value = f64::from(input.at(x, y));
         }
         if self.call.weight {
-            value[C - 1] = f64::from(self.call.spread.gamma.map_or(1.0, |gamma| at_least(gamma.at(x, y))));
+            value[self.call.channels - 1] =
+                f64::from(self.call.spread.gamma.map_or(1.0, |gamma| at_least(gamma.at(x, y))));
         }
         value
     }
@@ -164,7 +166,7 @@ impl Drawing<'_, '_> {
     #[inline(always)]
     fn keep<const C: usize>(&mut self, x: usize, y: usize, value: [f64; C]) {
         let Part { first, rows, columns, ref mut cells } = *self.part;
-        for (channel, value) in value.into_iter().enumerate() {
+        for (channel, value) in value.into_iter().take(self.call.channels).enumerate() {
             cells[(channel * rows + (y as isize - first) as usize) * columns + x] = value as f32;
         }
     }
@@ -259,9 +261,9 @@ impl Drawing<'_, '_> {
             let ends = &self.ends[y * stride * C..][..columns * C];
             let mut sums = [0.0f64; C];
             for (x, ends) in ends.chunks_exact(C).enumerate() {
-                for c in 0..C {
-                    sums[c] += ends[c];
-                    cells[(c * rows + y) * columns + x] += sums[c] as f32;
+                sums.iter_mut().zip(ends).for_each(|(sum, end)| *sum += end);
+                for (c, sum) in sums.iter().take(self.call.channels).enumerate() {
+                    cells[(c * rows + y) * columns + x] += *sum as f32;
                 }
             }
         }
