@@ -1,8 +1,8 @@
 //! Sprites against their f64 reference.
 
 use super::*;
-use pullfocus_core::Frame;
 use pullfocus_core::aperture::Mask;
+use pullfocus_core::{ApertureShape, Cancel, Size};
 use pullfocus_testkit::reference::bokeh as reference;
 use pullfocus_testkit::{Grid as Values, scenes};
 
