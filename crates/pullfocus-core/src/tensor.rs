@@ -66,7 +66,8 @@ pub enum Sites {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gathering {
-    /// Pixel by pixel under the Gaussian. The cost is the same for every circle, sites being fewer where they are wide.
+    /// Pixel by pixel under the Gaussian. Sites are fewer where they are wide, so the cost does not grow with the circle's area; it is several
+    /// times the pyramid's.
     Naive,
     /// A small Gaussian on a level of the reduced picture.
     #[default]
