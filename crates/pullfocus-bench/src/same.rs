@@ -35,7 +35,7 @@ const ROUNDING: f64 = 2.0 / (1u32 << 23) as f64;
 /// Settings by name.
 fn settings() -> [(&'static str, Settings); 3] {
     [
-        ("`final`", crate::speed::cases::last()),
+        ("`final`", crate::speed::cases::last_by_diffusion()),
         ("`preview`", crate::speed::cases::preview()),
         ("one layer", Settings { layering: Layering::Single, ..Settings::default() }),
     ]

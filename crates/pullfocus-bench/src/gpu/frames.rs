@@ -2,7 +2,7 @@
 
 use super::session::{Measured, Session, ms, storage_name};
 use super::solvers::CIRCLES;
-use crate::speed::cases::{last, lens, named, preview, scene};
+use crate::speed::cases::{last_by_diffusion, lens, named, preview, scene};
 use crate::table::Table;
 use anyhow::Result;
 use pullfocus::{Settings, Size};
@@ -41,7 +41,7 @@ fn settings() -> [(&'static str, Settings, bool); 4] {
         (single.0, single.1, false),
         ("`preview`", preview(), false),
         (THREE, preview(), true),
-        (FINAL, last(), false),
+        (FINAL, last_by_diffusion(), false),
     ]
 }
 

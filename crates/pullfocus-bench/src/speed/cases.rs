@@ -15,9 +15,14 @@ pub fn preview() -> Settings {
     Settings::preset(Preset::Preview)
 }
 
-/// The default settings.
+/// The default settings on the CPU.
 pub fn last() -> Settings {
     Settings::preset(Preset::Final)
+}
+
+/// The same layers by diffusion: the default on a GPU.
+pub fn last_by_diffusion() -> Settings {
+    Settings::default()
 }
 
 /// The integrators by name.
@@ -42,6 +47,7 @@ pub fn named() -> Vec<(&'static str, Settings)> {
         ("one layer, rational", gauss),
         ("one layer, disc", disc),
         ("`preview`", preview()),
+        ("general layers, diffusion", last_by_diffusion()),
         ("`final`", last()),
     ]
 }
