@@ -8,7 +8,7 @@ use clap::Args;
 use pullfocus::aperture::Mask;
 use pullfocus::{
     Aperture, ApertureShape, Bokeh, Cancel, Distance, Element, Frame, Layering, Method, Picture, Plane,
-    Renderer, Scene, Settings, Size,
+    Preset, Renderer, Scene, Settings, Size,
 };
 use serde::Deserialize;
 use std::f64::consts::PI;
@@ -139,10 +139,12 @@ fn ways(bokeh: Bokeh) -> Vec<(&'static str, bool, Settings)> {
     let with = |layering, method, bokeh| Settings { layering, method, bokeh, ..Settings::default() };
     let (single, general) = (Layering::Single, Layering::default());
     vec![
-        ("final", false, Settings::default()),
-        ("final, highlights", false, with(general, Method::Diffusion, Some(bokeh))),
-        ("final of foreground and behind", true, Settings::default()),
-        ("final of foreground and behind, highlights", true, with(general, Method::Diffusion, Some(bokeh))),
+        ("final", false, with(general, Method::Aperture, None)),
+        ("final, highlights", false, with(general, Method::Aperture, Some(bokeh))),
+        ("final of foreground and behind", true, with(general, Method::Aperture, None)),
+        ("final of foreground and behind, highlights", true, with(general, Method::Aperture, Some(bokeh))),
+        ("general layers, diffusion", false, with(general, Method::Diffusion, None)),
+        ("general layers, diffusion, highlights", false, with(general, Method::Diffusion, Some(bokeh))),
         ("one layer", false, with(single, Method::Diffusion, None)),
         ("one layer, highlights", false, with(single, Method::Diffusion, Some(bokeh))),
         ("one layer, pyramid", false, with(single, Method::Pyramid, None)),
@@ -285,10 +287,10 @@ fn shapes(options: &Options, scene: &DevScene) -> Result<()> {
     }
     options.output.write_bytes("pictures/bokeh/shapes.png", &Panel::grid(&panels, 3)?.to_png()?)?;
     let Some(reference) = scene.references.first() else { return Ok(()) };
-    let (plain, _) = render(scene.single(), reference, &Settings::default())?;
+    let (plain, _) = render(scene.single(), reference, &Settings::preset(Preset::Final))?;
     let with = Settings {
         bokeh: Some(Bokeh { threshold: options.threshold, ..Bokeh::default() }),
-        ..Settings::default()
+        ..Settings::preset(Preset::Final)
     };
     let (with, _) = render(scene.single(), reference, &with)?;
     let panels =
