@@ -65,17 +65,6 @@ impl Bokeh {
         Ok(())
     }
 
-    /// What a device without highlights says to them.
-    ///
-    /// # Errors
-    /// [`Error::Unsupported`].
-    pub fn refuse<T>() -> Result<T> {
-        Err(Error::Unsupported {
-            what: "spreading highlights",
-            reason: "this device has no highlights yet; take the device cpu, or leave the highlights' threshold out",
-        })
-    }
-
     /// The formulas for a picture whose display window is so wide.
     pub fn curve(&self, display_width: f32) -> Curve {
         let (threshold, knee) = (self.threshold as f32, self.knee as f32);
@@ -92,11 +81,16 @@ impl Bokeh {
 /// Which part of a pixel's light is a highlight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Curve {
-    threshold: f32,
-    low: f32,
-    high: f32,
-    bend: f32,
-    least: f32,
+    /// Brightness t above which all is a highlight.
+    pub threshold: f32,
+    /// `t (1 - k)`: none is, up to here.
+    pub low: f32,
+    /// `t (1 + k)`: the end of the knee.
+    pub high: f32,
+    /// `1 / (4 t k)`.
+    pub bend: f32,
+    /// The least diameter in pixels of this picture.
+    pub least: f32,
 }
 
 impl Curve {
@@ -289,6 +283,5 @@ mod tests {
         ] {
             assert!(matches!(odd.check(), Err(Error::Setting { .. })), "{odd:?}");
         }
-        assert!(matches!(Bokeh::refuse::<()>(), Err(Error::Unsupported { .. })));
     }
 }

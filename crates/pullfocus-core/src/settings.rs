@@ -77,14 +77,6 @@ impl Settings {
         }
     }
 
-    /// Refuses what only a device without highlights has to refuse.
-    ///
-    /// # Errors
-    /// [`crate::Error::Unsupported`].
-    pub fn expect_no_bokeh(&self) -> Result<()> {
-        self.bokeh.map_or(Ok(()), |_| Bokeh::refuse())
-    }
-
     /// Refuses values outside their ranges.
     ///
     /// # Errors

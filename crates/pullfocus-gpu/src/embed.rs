@@ -141,7 +141,6 @@ impl Context {
         let FrameSettings { frame, camera, settings } = *frame;
         settings.check()?;
         settings.method.expect_diffusion()?;
-        settings.expect_no_bokeh()?;
         let size = buffers.size;
         if frame.data.size != size {
             return Err(mismatch("the frame's data window", frame.data.size, size));
@@ -187,8 +186,11 @@ impl Context {
             None => None,
         };
         let mut work = Work::new(&mut recorder, &frame, settings, *storage, *tuning, range.clone());
+        work.look_for_lights(&frame, settings)?;
+        let found = work.look.as_ref().map(|look| look.total.clone());
         let near = foreground.as_ref().map(|(element, _)| element);
         pipeline::render(&mut work, &base, near, settings)?;
+        recorder.give(found);
         recorder.stage("store");
         textures::store(&mut recorder, size, &base.groups[0], inputs.base.alpha, inputs.output)?;
         for (element, range) in [(base, range)].into_iter().chain(foreground) {

@@ -312,7 +312,6 @@ impl Host {
     ) -> Result<Report> {
         settings.check()?;
         settings.method.expect_diffusion()?;
-        settings.expect_no_bokeh()?;
         scene.check()?;
         cancel.check()?;
         let size = scene.frame.data.size;
@@ -342,11 +341,18 @@ impl Host {
         let start = Instant::now();
         let range = base.range.clone();
         let mut work = Work::new(&mut recorder, &scene.frame, settings, self.storage, self.tuning, range);
+        work.look_for_lights(&scene.frame, settings)?;
+        let found = work.look.as_ref().map(|look| look.total.clone());
         pipeline::render(&mut work, &base.element, near.as_ref().map(|near| &near.element), settings)?;
         recorder.flush()?;
         report.add("blur", start.elapsed());
 
         let start = Instant::now();
+        if let Some(found) = found {
+            let bytes = recorder.read(&found, 4)?;
+            report.highlights = Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize);
+            recorder.give([found]);
+        }
         report.coc_range = base.coc_range(&mut recorder)?;
         let in_focus = report.coc_range == [0.0, 0.0];
         report.blended_depth_edges = base.blended_edges(&mut recorder)?;

@@ -38,6 +38,7 @@
 //!
 //! `docs/methods/gpu.md` in the project has the memory, the passes and what they cost.
 
+mod bokeh;
 mod coc;
 mod context;
 mod diffusion;

@@ -33,6 +33,8 @@ pub struct Memory {
     pub empty_range: wgpu::Buffer,
     /// Stands where a kernel does not look.
     pub nothing: wgpu::Buffer,
+    /// The shape of the last highlights.
+    pub shape: Option<(crate::bokeh::ShapeOf, crate::bokeh::Shape)>,
     /// What results are brought back through.
     readable: Option<wgpu::Buffer>,
     /// Bytes of all buffers that were made.
@@ -58,6 +60,7 @@ impl Memory {
         Ok(Self {
             spare: HashMap::new(),
             born: HashMap::new(),
+            shape: None,
             readable: None,
             bind_groups: HashMap::new(),
             uniforms: small(SLOT * SLOTS, Use::UNIFORM | Use::COPY_DST)?,
@@ -128,6 +131,22 @@ impl Memory {
         self.bytes += bytes;
         self.born.insert(buffer.clone(), self.made);
         self.made += 1;
+        Ok(buffer)
+    }
+
+    /// A buffer that holds `bytes`, instead of another of its kind: what is recorded already keeps that one, and what is not
+    /// forgets it.
+    ///
+    /// # Errors
+    /// As [`Memory::take`].
+    pub fn keep(&mut self, context: &Context, bytes: &[u8]) -> Result<wgpu::Buffer> {
+        let length = (bytes.len() as u64).next_multiple_of(16).max(16);
+        check_binding(context, length)?;
+        use wgpu::BufferUsages as Use;
+        let usage = Use::STORAGE | Use::COPY_DST;
+        let buffer = create(context, "a shape", Size::new(1, 1), length, usage)?;
+        context.queue().write_buffer(&buffer, 0, bytes);
+        self.bind_groups.clear();
         Ok(buffer)
     }
 

@@ -1,5 +1,6 @@
 //! The sentence, in code: image + depth + camera → circle of confusion → layers → method → composite.
 
+use crate::bokeh::{Lights, Shown};
 use crate::layers;
 use crate::planes::Group;
 use crate::work::Work;
@@ -43,12 +44,16 @@ pub fn render(
     let picture: Vec<&Group> = base.used().iter().collect();
     match settings.layering {
         Layering::Single => {
+            let lights = work.take_lights(&picture, base.colors, [&base.coc; 2])?;
             work.recorder.stage("blur");
             work.blur(&picture, &base.coc, None)?;
+            bring_back(work, lights, &picture, Shown::ByCircle(&base.coc))?;
         }
         Layering::Background { layers, threshold } => {
             let threshold = threshold as f32 * work.display_width;
+            let lights = work.take_lights(&picture, base.colors, [&base.coc; 2])?;
             layers::blur_over_background(work, &picture, &base.coc, layers, threshold)?;
+            bring_back(work, lights, &picture, Shown::ByCircle(&base.coc))?;
         }
         Layering::General { layers } => {
             layers::blur_layers(work, &base.groups, [base.colors, base.planes], &base.coc, layers)?;
@@ -57,6 +62,23 @@ pub fn render(
     if let Some(element) = foreground {
         let coc = (&element.coc, &base.coc);
         layers::blur_element_over(work, element.used(), element.planes - 1, coc, &picture)?;
+    }
+    Ok(())
+}
+
+/// Adds lights that were taken out, and gives their memory back.
+///
+/// # Errors
+/// As [`Work::take_lights`].
+pub fn bring_back(
+    work: &mut Work<'_, '_>,
+    lights: Option<Lights>,
+    groups: &[&Group],
+    shown: Shown<'_>,
+) -> Result<()> {
+    if let Some(lights) = lights {
+        lights.add(work, groups, shown)?;
+        lights.give_back(work.recorder);
     }
     Ok(())
 }

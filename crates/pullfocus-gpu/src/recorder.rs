@@ -246,6 +246,11 @@ impl<'a> Recorder<'a> {
         if due { self.flush() } else { Ok(()) }
     }
 
+    /// How much a host records before it submits.
+    pub fn work_limit(&self) -> u64 {
+        self.work_limit
+    }
+
     /// Whether results may be looked at between two dispatches.
     pub fn is_host(&self) -> bool {
         matches!(self.sink, Sink::Host { .. })
@@ -288,6 +293,10 @@ impl<'a> Recorder<'a> {
         if let Some(encoder) = encoder.take() {
             self.context.queue().submit([encoder.finish()]);
             wait(self.context)?;
+            // All of them were read.
+            self.uniforms.clear();
+            self.known.clear();
+            self.written = 0;
         }
         cancel.check()
     }

@@ -8,11 +8,12 @@ use crate::host::Host;
 use crate::memory::Memory;
 use crate::planes::{Group, Storage};
 use crate::recorder::{Recorder, Sink};
+use pullfocus_core::aperture::Mask;
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    Camera, Cancel, DepthDecoding, Diffusion, Error, Frame, Integrator, Layering, Lens, Preset, Settings,
-    Size,
+    Aperture, ApertureShape, Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Error, Frame, Integrator,
+    Layering, Lens, Preset, Settings, Size,
 };
 use std::collections::BTreeSet;
 use wgpu::TextureFormat as Format;
@@ -65,7 +66,23 @@ fn frames(context: &Context, size: Size, storage: Storage) {
     let many = Settings { layering: Layering::General { layers: 7 }, ..disc.clone() };
     let thrice = Layering::Background { layers: 3, threshold: 0.01 };
     let background = Settings { layering: thrice, repair_depth: true, ..disc.clone() };
-    for settings in [disc, many, background, Settings::preset(Preset::Preview)] {
+    let mask = Mask::new(3, 2, vec![1.0, 2.0, 0.0, 1.0, 0.5, 1.0]).expect("a picture of an aperture");
+    let heart = Aperture { shape: ApertureShape::Image(mask), ..Aperture::DISC };
+    let lights = |layering, cats_eye, aperture| Settings {
+        layering,
+        bokeh: Some(Bokeh { cats_eye, ..Bokeh::default() }),
+        aperture,
+        ..disc.clone()
+    };
+    let highlights = [
+        lights(Layering::Single, 0.0, Aperture::DISC),
+        lights(Layering::PAPER, 0.5, Aperture::blades(5, 0.0)),
+        lights(Layering::General { layers: 3 }, 0.0, Aperture::blades(6, 0.0)),
+        lights(Layering::General { layers: 3 }, 0.5, heart.clone()),
+        lights(Layering::Single, 0.5, heart),
+    ];
+    let plain = [disc, many, background, Settings::preset(Preset::Preview)];
+    for settings in plain.into_iter().chain(highlights) {
         for alpha in [false, true] {
             for depth in [&planar, &hardware] {
                 let depth = Depth { view: depth, decoding: Some(DepthDecoding::default()) };

@@ -1,5 +1,6 @@
 //! What every step of a render has at hand.
 
+use crate::bokeh::Look;
 use crate::diffusion::{self, Conductivity, How, Medium, Tuning};
 use crate::planes::{Group, Storage};
 use crate::recorder::Recorder;
@@ -18,6 +19,8 @@ pub struct Work<'w, 'r> {
     pub vertical_scale: f32,
     /// Width of the display window in pixels: what thresholds are parts of.
     pub display_width: f32,
+    /// What highlights look like, where they were asked for.
+    pub look: Option<Look>,
     /// How planes lie in memory.
     pub storage: Storage,
     /// How work is cut.
@@ -50,10 +53,20 @@ impl<'w, 'r> Work<'w, 'r> {
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,
+            look: None,
             storage,
             tuning,
             range,
         }
+    }
+
+    /// From here on highlights are taken out and brought back, if the settings ask for that.
+    ///
+    /// # Errors
+    /// As [`Look::new`].
+    pub fn look_for_lights(&mut self, frame: &Frame, settings: &Settings) -> Result<()> {
+        self.look = Look::new(self.recorder, frame, settings)?;
+        Ok(())
     }
 
     /// Blurs groups by the circle of confusion `circle` (f32; its sign does not matter) with the method of the settings.

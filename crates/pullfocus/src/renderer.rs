@@ -327,10 +327,6 @@ mod tests {
         pullfocus_core::Method::Naive.expect_diffusion().unwrap_err()
     }
 
-    fn no_bokeh() -> Error {
-        pullfocus_core::Bokeh::refuse::<()>().unwrap_err()
-    }
-
     fn lost() -> Error {
         Error::DeviceLost { device: "Fake 1".into(), reason: "unplugged".into() }
     }
@@ -339,12 +335,9 @@ mod tests {
     fn what_the_gpu_cannot_do_is_rendered_on_the_cpu() {
         let by_cpu = rendered(&mut Renderer::new()).unwrap();
         assert_ne!(by_cpu, painted());
-        for (error, word) in [
-            (no_room(), "allows 8"),
-            (no_memory(), "memory"),
-            (no_method(), "diffusion only"),
-            (no_bokeh(), "no highlights"),
-        ] {
+        for (error, word) in
+            [(no_room(), "allows 8"), (no_memory(), "memory"), (no_method(), "diffusion only")]
+        {
             let mut renderer = on_fake(Some(error), true);
             assert_eq!(rendered(&mut renderer).unwrap(), by_cpu);
             let told = renderer.fell_back().unwrap();

@@ -3,6 +3,8 @@
 
 use super::fill::fill;
 use super::over::over;
+use crate::bokeh::Shown;
+use crate::pipeline::bring_back;
 use crate::planes::{Group, Storage, workgroups};
 use crate::shader::{Spec, part, uniform};
 use crate::work::Work;
@@ -36,9 +38,13 @@ pub fn blur_element_over(
     work.recorder.stage("foreground");
     let circle = extend(work, &element[alpha / 4], alpha % 4, coc, behind)?;
     let groups: Vec<&Group> = element.iter().collect();
+    // The carried circles, on the element's own side of focus.
+    let lights = work.take_lights(&groups, alpha, [&circle, coc])?;
+    work.recorder.stage("foreground");
     work.blur(&groups, &circle, None)?;
     work.recorder.stage("composite");
     over(work, element, alpha, picture)?;
+    bring_back(work, lights, picture, Shown::All)?;
     work.recorder.give([circle]);
     Ok(())
 }

@@ -110,7 +110,13 @@ pub fn blur_layers(
     }
     let limits = work.recorder.context.limits();
     let most_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let all: Vec<&Group> = picture.iter().collect();
+    let mut lights = work.take_lights(&all, colors, [coc; 2])?;
     let apart = take_apart(work, picture, [colors, planes], coc, layers, most_bytes)?;
+    if let Some(lights) = &mut lights {
+        let groups: Vec<&[Group]> = apart.iter().map(|layer| &layer.groups[..]).collect();
+        lights.share_out(work, &groups, planes)?;
+    }
     work.recorder.stage("blur");
     let mut done = Vec::new();
     for (i, Layer { groups, circle }) in apart.into_iter().enumerate() {
@@ -120,6 +126,10 @@ pub fn blur_layers(
         work.blur(&all, &circle, None)?;
         work.recorder.give([circle]);
         done.push(groups);
+    }
+    if let Some(lights) = lights {
+        lights.add_to_layers(work, &done, planes)?;
+        lights.give_back(work.recorder);
     }
     work.recorder.stage("composite");
     composite(work, picture, planes, &done)?;

@@ -15,6 +15,7 @@ pub use background::blur_over_background;
 pub use census::{SPLIT_BYTES, split};
 pub use foreground::blur_element_over;
 pub use general::{blur_layers, composite, take_apart};
+pub use over::cover_part;
 
 use crate::shader::{Part, part};
 

@@ -57,6 +57,9 @@ fn main() {
     for (name, check) in pullfocus_testkit::render_checks!(Subject) {
         add(format!("render::{name}"), Box::new(move || check(&mut Subject)));
     }
+    for (name, check) in pullfocus_testkit::bokeh_checks!(Subject) {
+        add(format!("bokeh::{name}"), Box::new(move || check(&mut Subject)));
+    }
     for (name, test) in embed::tests() {
         add(format!("embed::{name}"), Box::new(test));
     }
