@@ -40,7 +40,18 @@ pub struct TestFrame {
 const SINGLE: &str = "RGBZ";
 const LAYERED: &str = "foreground + behind";
 
-/// A fence over a ramp, given by circles; two planes, given by depth.
+/// Every seventh pixel of every fifth row a light.
+fn lit(mut scene: Scene) -> Scene {
+    let colors = [90.0, 40.0, 176.0];
+    for (plane, light) in scene.base.picture.colors.iter_mut().zip(colors) {
+        for y in (2..plane.size().height).step_by(5) {
+            plane.row_mut(y).iter_mut().skip(3 * y % 7).step_by(7).for_each(|value| *value = light);
+        }
+    }
+    scene
+}
+
+/// A fence over a ramp, given by circles, without and with lights; two planes, given by depth.
 pub fn made(size: Size) -> Result<Vec<TestFrame>> {
     let fence = fence_over_ramp(size, -0.02 * size.width as f32, 0.04 * size.width as f32);
     let planes = TwoPlanes::new(size, 2.0);
@@ -55,7 +66,8 @@ pub fn made(size: Size) -> Result<Vec<TestFrame>> {
     };
     let given = fence.base.distance.plane().clone();
     Ok(vec![
-        frame("fence over a ramp", SINGLE, fence, None, Some(given)),
+        frame("fence over a ramp", SINGLE, fence.clone(), None, Some(given.clone())),
+        frame("lights in both", SINGLE, lit(fence), None, Some(given)),
         frame("two planes", SINGLE, single, Some(planes.camera), Some(circle)),
         frame("two planes", LAYERED, planes.layered(), Some(planes.camera), None),
     ])
@@ -102,7 +114,10 @@ fn frames(scene: &DevScene, at: usize) -> [TestFrame; 2] {
 impl TestFrame {
     /// Whether a f64 reference stands for this frame with these settings: one layer, depth as it is.
     pub fn has_reference(&self, settings: &Settings) -> bool {
-        self.circle.is_some() && settings.layering == pullfocus::Layering::Single && !settings.repair_depth
+        self.circle.is_some()
+            && settings.layering == pullfocus::Layering::Single
+            && !settings.repair_depth
+            && settings.bokeh.is_none()
     }
 }
 

@@ -2,10 +2,10 @@
 
 use super::session::{Measured, Session, ms, storage_name};
 use super::solvers::CIRCLES;
-use crate::speed::cases::{last_by_diffusion, lens, named, preview, scene};
+use crate::speed::cases::{last_by_diffusion, lens, lights, named, preview, scene};
 use crate::table::Table;
 use anyhow::Result;
-use pullfocus::{Settings, Size};
+use pullfocus::{Bokeh, Scene, Settings, Size};
 use pullfocus_gpu::Storage;
 
 /// What a frame needs at 50 px, and its time for each of the circles.
@@ -35,13 +35,22 @@ pub const THREE: &str = "three layers, backward Euler";
 /// The default settings, by name.
 pub const FINAL: &str = "`final`";
 
-fn settings() -> [(&'static str, Settings, bool); 4] {
+/// One layer with a highlight in every twentieth pixel, by name.
+pub const LIGHTS: &str = "one layer, highlights";
+
+/// Settings, and the scene of a size that they are for.
+type Asked = (&'static str, Settings, fn(Size) -> Scene);
+
+fn settings() -> [Asked; 5] {
+    let plain: fn(Size) -> Scene = |size| scene(size, false);
     let single = named().swap_remove(0);
+    let lit = Settings { bokeh: Some(Bokeh::default()), ..single.1.clone() };
     [
-        (single.0, single.1, false),
-        ("`preview`", preview(), false),
-        (THREE, preview(), true),
-        (FINAL, last_by_diffusion(), false),
+        (single.0, single.1, plain),
+        ("`preview`", preview(), plain),
+        (THREE, preview(), |size| scene(size, true)),
+        (FINAL, last_by_diffusion(), plain),
+        (LIGHTS, lit, lights),
     ]
 }
 
@@ -52,9 +61,9 @@ pub fn measure(session: &mut Session) -> Result<Vec<Row>> {
     let small = session.software.then_some((480, 270));
     for (width, height) in small.into_iter().chain([(1024, 768), (1920, 1080), (3840, 2160)]) {
         let size = session.size(width, height);
-        for (what, settings, layered) in settings() {
+        for (what, settings, scene) in settings() {
             for storage in [Storage::Full, Storage::Half] {
-                let frame = one(session, (what, &settings, layered), size, storage)?;
+                let frame = one(session, (what, &settings, scene), size, storage)?;
                 rows.push(Row { size, what, storage, frame });
             }
         }
@@ -64,14 +73,14 @@ pub fn measure(session: &mut Session) -> Result<Vec<Row>> {
 
 fn one(
     session: &mut Session,
-    (what, settings, layered): (&str, &Settings, bool),
+    (what, settings, scene): (&str, &Settings, fn(Size) -> Scene),
     size: Size,
     storage: Storage,
 ) -> Result<Measured<Frame>> {
     if let Err(why) = session.may(size) {
         return Ok(Err(why));
     }
-    let scene = scene(size, layered);
+    let scene = scene(size);
     let mut frame = Frame { seconds: [0.0; 3], stages: vec![], bytes: 0 };
     for (i, largest) in CIRCLES.into_iter().enumerate() {
         let camera = lens(size, largest)?;
@@ -99,9 +108,18 @@ pub fn seconds_4k(rows: &[Row], what: &str) -> Option<f64> {
     rows.iter().find(wanted)?.frame.as_ref().ok().map(|frame| frame.seconds[1])
 }
 
-/// The largest spread over the circles of all frames.
+/// Seconds for the highlights of 50 px alone, in a row of 1920 x 1080 in f16.
+pub fn seconds_of_lights(rows: &[Row]) -> Option<f64> {
+    let wanted =
+        |row: &&Row| row.what == LIGHTS && row.storage == Storage::Half && row.size == Size::new(1920, 1080);
+    let frame = rows.iter().find(wanted)?.frame.as_ref().ok()?;
+    frame.stages.iter().find(|(name, _)| name == "highlights").map(|(_, seconds)| *seconds)
+}
+
+/// The largest spread over the circles of all frames; highlights cost by their area.
 pub fn worst_spread(rows: &[Row]) -> Option<f64> {
-    rows.iter().filter_map(|row| row.frame.as_ref().ok()).map(Frame::spread).reduce(f64::max)
+    let even = rows.iter().filter(|row| row.what != LIGHTS);
+    even.filter_map(|row| row.frame.as_ref().ok()).map(Frame::spread).reduce(f64::max)
 }
 
 /// The section.
@@ -141,7 +159,7 @@ pub fn section(rows: &[Row]) -> String {
     format!(
         "## Whole frames\n\nAs an engine would have them recorded: from a colour and a depth texture to a texture (f32 or f16 as the storage), circles of\n\
          confusion from depth included; three colour planes. `preview` is the first paper's midground and background, *three layers* have its\n\
-         foreground on top (colour and alpha), each with its fills. Frames/s are those at 50 px. Memory is the buffers', without the textures.\n\n{}\n",
+         foreground on top (colour and alpha), each with its fills. *Highlights* are every twentieth pixel, all of one size. Frames/s are those at 50 px. Memory is the buffers', without the textures.\n\n{}\n",
         table.to_markdown()
     )
 }
@@ -220,6 +238,13 @@ mod tests {
         ];
         assert_eq!(seconds_4k(&rows, THREE), Some(0.0016));
         assert_eq!(seconds_4k(&rows, FINAL), None);
+        assert!((worst_spread(&rows).unwrap() - 16.0 / 15.0).abs() < 1e-12);
+        assert_eq!(seconds_of_lights(&rows), None);
+        let stages = vec![("highlights".into(), 0.0017), ("blur".into(), 0.0003)];
+        let lit = Frame { seconds: [0.001, 0.002, 0.02], stages, bytes: 1 };
+        let size = Size::new(1920, 1080);
+        rows.push(Row { size, what: LIGHTS, storage: Storage::Half, frame: Ok(lit) });
+        assert_eq!(seconds_of_lights(&rows), Some(0.0017));
         assert!((worst_spread(&rows).unwrap() - 16.0 / 15.0).abs() < 1e-12);
         rows.push(Row { frame: Err("did not fit: y".into()), ..row(large, Storage::Full, [1.0; 3]) });
         let text = section(&rows);

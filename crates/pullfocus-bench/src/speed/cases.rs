@@ -103,6 +103,13 @@ pub fn scene(size: Size, layered: bool) -> Scene {
     scene
 }
 
+/// Every twentieth pixel a light, all infinitely far away.
+pub fn lights(size: Size) -> Scene {
+    let light = |x: usize, y: usize| (y * size.width + x) % 20 == y % 20;
+    let plane = |value: f32| scenes::plane(size, move |x, y| if light(x, y) { value } else { 0.1 });
+    scenes::by_depth([40.0, 30.0, 20.0].map(plane).into(), scenes::constant(size, f32::INFINITY))
+}
+
 /// Signed diameters of [`depth`] through [`lens`].
 pub fn circle(size: Size, largest: f64) -> Result<Plane> {
     let formula = lens(size, largest)?.circle_of_confusion(&pullfocus::Frame::full(size));

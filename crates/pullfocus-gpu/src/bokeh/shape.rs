@@ -56,10 +56,10 @@ impl Shape {
         cut: bool,
     ) -> Result<Self> {
         let of = ShapeOf { aperture: aperture.clone(), vertical_scale, cut };
-        if let Some((known, shape)) = &recorder.memory.shape {
-            if *known == of {
-                return Ok(shape.clone());
-            }
+        if let Some((known, shape)) = &recorder.memory.shape
+            && *known == of
+        {
+            return Ok(shape.clone());
         }
         let shape = Self::new(recorder, &of)?;
         recorder.memory.shape = Some((of, shape.clone()));

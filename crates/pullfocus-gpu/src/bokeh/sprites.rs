@@ -177,7 +177,7 @@ impl Lights {
             // The farthest covers everything, and is divided by nothing.
             Shown::InLayer(0) => (0, one, &nothing),
             Shown::InLayer(_) if coverage / 4 == number => (1, one, &nothing),
-            Shown::InLayer(_) => (2, cover_part(&groups[coverage / 4]), &groups[coverage / 4].buffer),
+            Shown::InLayer(_) => (2, cover_part(groups[coverage / 4]), &groups[coverage / 4].buffer),
         };
         let by_circle = matches!(shown, Shown::ByCircle(_));
         let [lane, px] = group.parts();
