@@ -160,15 +160,19 @@ fn until(u: f32) -> f32 {
     return 0.5 * inside * inside + max(u - 1.0, 0.0);
 }
 
-// Which part of a column, whose right edge is `edge`, lies right of an end that slopes.
+// Which part of a column, whose right edge is `edge`, lies right of an end that slopes: the mean of what a straight end leaves.
 fn right_of(edge: f32, end: vec2f) -> f32 {
-    let start = end.x - end.y;
-    let stop = end.x + end.y;
-    if edge <= start { return 0.0; }
-    if edge - 1.0 >= stop { return 1.0; }
-    // A slope of a thousandth of a column is none; f32 could not tell it.
-    if end.y < 1e-3 { return clamp(edge - end.x, 0.0, 1.0); }
-    return clamp((until(edge - start) - until(edge - stop)) * (0.5 / end.y), 0.0, 1.0);
+    let most = edge - (end.x - end.y);
+    let least = edge - (end.x + end.y);
+    if most <= 0.0 { return 0.0; }
+    if least >= 1.0 { return 1.0; }
+    // No differences of what is nearly alike: a light is a thousand times as bright as what is beside it.
+    if least >= 0.0 {
+        if most <= 1.0 { return edge - end.x; }
+        return 1.0 - (1.0 - least) * (1.0 - least) * (0.25 / end.y);
+    }
+    if most <= 1.0 { return most * most * (0.25 / end.y); }
+    return clamp((until(most) - until(least)) * (0.5 / end.y), 0.0, 1.0);
 }
 
 fn covered_by(low: vec2f, high: vec2f, height: f32, column: i32) -> f32 {
