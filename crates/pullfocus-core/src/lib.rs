@@ -24,6 +24,7 @@ pub mod method;
 pub mod picture;
 pub mod plane;
 pub mod psf;
+pub mod pull;
 pub mod pyramid;
 pub mod report;
 pub mod response;
