@@ -4,6 +4,7 @@ use crate::config::Options;
 use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
 use crate::values::{BenchSize, DeviceChoice};
 use clap::{Args, Parser, Subcommand};
+use pullfocus_core::pull::Pull;
 use std::path::PathBuf;
 
 /// Depth of field for pictures in perfect focus: rendered frames and photographs with depth.
@@ -57,7 +58,15 @@ Examples:
     pullfocus render frame.exr -o out.exr --config shot.toml --f-stop 4
 
 A settings file has the long names as keys: focus-distance = 2.5,
-preset = \"preview\", protect = [2.3, 2.8], resume = true.";
+preset = \"preview\", protect = [2.3, 2.8], resume = true. A focus pull has keys:
+
+    [[key]]
+    frame = 1001
+    focus-distance = 2.5     # f-stop, focal-length; what is left out goes on
+    easing = \"smooth\"       # or hold, linear, in, out: to the next key
+
+    pullfocus render 'in/shot.####.exr' -o 'out/shot.####.exr' \\
+        --shot pull.toml";
 
 const COC_EXAMPLES: &str = "\
 Front is red, in focus green, behind blue; the colour is full where the
@@ -162,8 +171,8 @@ pub struct RenderArgs {
     /// Running.
     #[command(flatten)]
     pub run: Run,
-    /// Settings file (TOML); options on the command line lie over it.
-    #[arg(long, value_name = "FILE.toml", help_heading = "Running")]
+    /// Settings file (TOML), which may hold the keys of a focus pull; options on the command line lie over it.
+    #[arg(long, visible_alias = "shot", value_name = "FILE.toml", help_heading = "Running")]
     pub config: Option<PathBuf>,
 }
 
@@ -171,7 +180,19 @@ impl RenderArgs {
     /// The options, and the settings file under them.
     pub fn split(self) -> (Options, Option<PathBuf>) {
         let Self { files, lens, depth, circle, blur, run, config } = self;
-        (Options { files, lens, depth, circle, blur, run, view: CocView::default() }, config)
+        (
+            Options {
+                files,
+                lens,
+                depth,
+                circle,
+                blur,
+                run,
+                view: CocView::default(),
+                keys: Pull::default(),
+            },
+            config,
+        )
     }
 }
 
@@ -197,7 +218,7 @@ pub struct CocArgs {
     #[command(flatten)]
     pub run: Run,
     /// Settings file (TOML), the same as for render; options on the command line lie over it.
-    #[arg(long, value_name = "FILE.toml", help_heading = "Running")]
+    #[arg(long, visible_alias = "shot", value_name = "FILE.toml", help_heading = "Running")]
     pub config: Option<PathBuf>,
 }
 
@@ -205,7 +226,10 @@ impl CocArgs {
     /// The options, and the settings file under them.
     pub fn split(self) -> (Options, Option<PathBuf>) {
         let Self { files, lens, depth, circle, view, run, config } = self;
-        (Options { files, lens, depth, circle, view, run, blur: Blur::default() }, config)
+        (
+            Options { files, lens, depth, circle, view, run, blur: Blur::default(), keys: Pull::default() },
+            config,
+        )
     }
 }
 

@@ -2,8 +2,10 @@
 
 use crate::failure::{Failure, Result};
 use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
+use crate::shot;
 use crate::yielding;
 use clap::Args;
+use pullfocus_core::pull::Pull;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -24,12 +26,15 @@ pub struct Options {
     pub view: CocView,
     /// How the program runs.
     pub run: Run,
+    /// The keys of a shot; settings files alone have them.
+    pub keys: Pull,
 }
 
 impl Options {
     /// These options, and where one is missing that of `below`, unless these exclude it.
     #[must_use]
     pub fn over(self, mut below: Self) -> Self {
+        let keys = shot::under(std::mem::take(&mut below.keys), &self.lens);
         yielding::files(&mut below.files, &self.files);
         yielding::distance((&mut below.files, &mut below.depth), (&self.files, &self.depth));
         yielding::lens(&mut below.lens, &self.lens);
@@ -45,6 +50,7 @@ impl Options {
             blur: self.blur.over(below.blur),
             view: self.view.over(below.view),
             run: self.run.over(below.run),
+            keys: if self.keys.is_empty() { keys } else { self.keys },
         }
     }
 
@@ -62,6 +68,16 @@ impl Options {
 
 /// Settings files hold a few lines; one of this many bytes is some other file.
 pub const LARGEST_BYTES: u64 = 1 << 20;
+
+/// Where a settings file has the keys of a shot: `[[key]]`.
+const KEY: &str = "key";
+
+/// The keys of a shot.
+#[derive(Debug, Default, serde::Deserialize)]
+struct Keyed {
+    #[serde(default)]
+    key: Pull,
+}
 
 /// Every key that a settings file may have: the long names of the options.
 pub fn keys() -> Vec<String> {
@@ -87,7 +103,7 @@ pub fn keys() -> Vec<String> {
 pub fn parse(text: &str) -> std::result::Result<Options, String> {
     let table: toml::Table = group(text)?;
     let keys = keys();
-    if let Some(unknown) = table.keys().find(|key| !keys.contains(key)) {
+    if let Some(unknown) = table.keys().find(|key| *key != KEY && !keys.contains(key)) {
         let near = keys
             .iter()
             .map(|key| (strsim::jaro(key, unknown), key))
@@ -107,6 +123,7 @@ pub fn parse(text: &str) -> std::result::Result<Options, String> {
         blur: group(text)?,
         view: group(text)?,
         run: group(text)?,
+        keys: group::<Keyed>(text)?.key,
     })
 }
 
@@ -171,6 +188,24 @@ mod tests {
         assert_eq!(parse("focus-distance = inf").unwrap().lens.focus_distance, Some(Number(f64::INFINITY)));
         assert_eq!(parse("focus-distance = 'inf'").unwrap().lens.focus_distance, Some(Number(f64::INFINITY)));
         assert_eq!(parse("").unwrap(), Options::default());
+    }
+
+    #[test]
+    fn a_shot_has_keys() {
+        let shot = parse(
+            "f-stop = 2\n[[key]]\nframe = 1001\nfocus-distance = 2.5\neasing = 'linear'\n\
+             [[key]]\nframe = 1010\nfocus-distance = inf\nf-stop = 4",
+        )
+        .unwrap();
+        assert_eq!(shot.keys.at(1010.0).focus_distance_m, Some(f64::INFINITY));
+        assert_eq!(shot.keys.keys().len(), 2);
+        let flags = parse("focus-distance = 3").unwrap();
+        assert_eq!(flags.over(shot.clone()).keys.at(1001.0).focus_distance_m, None);
+        assert_eq!(parse("").unwrap().over(shot.clone()).keys, shot.keys);
+        let error = |text| parse(text).unwrap_err();
+        assert!(error("[[key]]\nframe = 1\nfocus = 2").contains("focus-distance"));
+        assert!(error("[[key]]\nframe = 1\nfocus-distance = -2").contains("above 0"));
+        assert!(error("[[key]]\nframe = 1\neasing = 'bouncy'").contains("smooth"));
     }
 
     #[test]

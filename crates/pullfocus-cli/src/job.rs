@@ -7,9 +7,11 @@ use crate::frames::{self, FrameFiles};
 use crate::options::{BitsName, Lens, StorageName};
 use crate::purpose::Purpose;
 use crate::settings;
+use crate::shot;
 use crate::storage;
 use crate::threads::check_threads;
 use pullfocus::Device;
+use pullfocus_core::pull::Pull;
 use pullfocus_core::{DepthDecoding, Settings, Storage};
 use pullfocus_io::images::Bits;
 use pullfocus_io::output::Existing;
@@ -22,6 +24,8 @@ pub struct Job {
     pub frames: Vec<FrameFiles>,
     /// The lens as far as the user gave it.
     pub lens: Lens,
+    /// Where the lens moves.
+    pub keys: Pull,
     /// How depth is read, as far as the user said.
     pub decoding: DepthDecoding,
     /// Whether the user gave the unit of depth.
@@ -54,7 +58,7 @@ impl Job {
     /// # Errors
     /// [`Failure::Usage`] for options that do not go together; [`Failure::Failed`] for frames that are not there.
     pub fn new(options: &Options, purpose: Purpose) -> Result<Self> {
-        let Options { files, lens, depth, circle, blur, view, run } = options;
+        let Options { files, lens, depth, circle, blur, view, run, keys } = options;
         let mut warnings = Vec::new();
         check_threads(run.threads)?;
         camera::check(lens)?;
@@ -125,6 +129,7 @@ impl Job {
             BitsName::Float => Bits::Float,
         });
         let frames = frames::find(options, purpose)?;
+        shot::check(keys, lens, &frames)?;
         for frame in &frames {
             storage::check_output(&frame.output, bits)?;
             if let Some(preview) = &frame.preview_png {
@@ -134,6 +139,7 @@ impl Job {
         Ok(Self {
             frames,
             lens: lens.clone(),
+            keys: keys.clone(),
             decoding,
             unit_given: depth.depth_unit.is_some(),
             settings,

@@ -19,6 +19,7 @@ pub mod purpose;
 pub mod report;
 pub mod run;
 pub mod settings;
+pub mod shot;
 pub mod storage;
 pub mod threads;
 pub mod values;

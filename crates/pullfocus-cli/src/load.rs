@@ -4,6 +4,7 @@ use crate::camera::{self, Attribute, CameraValue, FileCamera, Resolved};
 use crate::failure::{Failure, Result};
 use crate::frames::FrameFiles;
 use crate::job::Job;
+use crate::shot;
 use crate::storage::{self, Loaded};
 use pullfocus_core::{Cancel, DepthDecoding, DepthKind, Distance, Element, Frame, Picture, Plane, Scene};
 use pullfocus_io::{Found, FoundCamera, NamedPlane, Selection, align_element};
@@ -102,7 +103,7 @@ fn load_single(
     let (name, frame) = (input.display().to_string(), loaded.frame);
     let channels = loaded.channel_names();
     let picture = std::mem::take(&mut loaded.picture);
-    let (camera, decoding) = resolve(job, &loaded.camera, &name, &frame)?;
+    let (camera, decoding) = resolve(job, &loaded.camera, (&name, files.number), &frame)?;
     let text = format!("{} of {}", distance.0.name, distance.1.display());
     if camera.is_some() {
         note_nothing(&distance.0, distance.1, decoding, warnings);
@@ -147,7 +148,7 @@ fn load_layers(
     for other in [&far.camera, &near.camera] {
         fill(&mut found, other);
     }
-    let (camera, decoding) = resolve(job, &found, &main.display().to_string(), &frame)?;
+    let (camera, decoding) = resolve(job, &found, (&main.display().to_string(), files.number), &frame)?;
 
     let channels = target.as_ref().unwrap_or(&far).channel_names();
     let text = format!("{} of {}", far.distance_name(), behind.display());
@@ -268,7 +269,7 @@ fn note_camera(loaded: &Loaded, warnings: &mut Vec<String>) {
 fn resolve(
     job: &Job,
     found: &FoundCamera,
-    name: &str,
+    (name, number): (&str, Option<i64>),
     frame: &Frame,
 ) -> Result<(Option<Resolved>, DepthDecoding)> {
     if job.selection.coc_channel.is_some() {
@@ -280,7 +281,9 @@ fn resolve(
         let degrees = 2.0 * f64::from(0.5 * frame.screen_window_width).atan().to_degrees();
         found.fov_x_degrees = Some(Found { value: degrees, attribute: "screenWindowWidth".into() });
     }
-    let mut resolved = camera::resolve(&job.lens, &file_camera(&found), name)?;
+    let lens = shot::lens_at(&job.lens, &job.keys, number);
+    let mut resolved = camera::resolve(&lens, &file_camera(&found), name)?;
+    shot::name_keyed(&mut resolved.values, &job.keys, number);
     let decoding = decoding(job, &found, &mut resolved.values);
     Ok((Some(resolved), decoding))
 }

@@ -52,6 +52,40 @@ fn a_sequence_gives_the_bytes_of_its_frames_one_by_one() {
 }
 
 #[test]
+fn a_focus_pull_gives_each_frame_its_own_lens() {
+    let folder = Folder::new();
+    frames(&folder, 3);
+    let shot = folder.path("pull.toml");
+    fs::write(
+        &shot,
+        "f-stop = 2\nfocal-length = 50\nsensor-width = 36\n[[key]]\nframe = 1\nfocus-distance = 1\neasing = 'linear'\n\
+         [[key]]\nframe = 3\nfocus-distance = 3\n",
+    )
+    .unwrap();
+    let (input, output) = (folder.path("in.##.exr"), folder.path("out.##.exr"));
+    let said = ok(pullfocus(["render", &input, "-o", &output, "--shot", &shot, "--json"]));
+    assert!(said.contains("keys at frame 2"), "{said}");
+    // Half way between 1 and 1/3 dioptres.
+    for (number, focus) in [(1, "1"), (2, "1.5"), (3, "3")] {
+        let (input, output) = (folder.path(&format!("in.{number:02}.exr")), folder.path("alone.exr"));
+        let arguments = ["render", &input, "-o", &output, "--overwrite", "--focus-distance", focus];
+        ok(pullfocus([&arguments, &LENS[2..]].concat()));
+        let pulled = fs::read(folder.path(&format!("out.{number:02}.exr"))).unwrap();
+        assert!(pulled == fs::read(&output).unwrap(), "frame {number}");
+    }
+    // A flag takes the keys' place; a frame without a number has none.
+    let fixed = folder.path("fixed.##.exr");
+    let arguments =
+        ["render", &input, "-o", &fixed, "--config", &shot, "--focus-distance", "3", "--frames", "1"];
+    ok(pullfocus(arguments));
+    assert!(fs::read(folder.path("fixed.01.exr")).unwrap() != fs::read(folder.path("out.01.exr")).unwrap());
+    folder.frame("plain.exr", 1);
+    let plain = folder.path("plain.exr");
+    let said = refused(2, pullfocus(["render", &plain, "-o", &folder.path("x.exr"), "--shot", &shot]));
+    assert!(said.contains("no frame with a number"), "{said}");
+}
+
+#[test]
 fn reports_come_in_the_order_of_the_frames() {
     let folder = Folder::new();
     frames(&folder, 5);

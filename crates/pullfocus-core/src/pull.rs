@@ -46,19 +46,21 @@ impl Easing {
 
 /// What the lens is at a frame; what is left out goes on as if the key were not there.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Key {
     /// The frame's number; parts of frames are allowed.
     pub frame: f64,
     /// Distance in focus, in metres; may be infinite.
-    #[serde(rename = "focus-distance")]
+    #[serde(default, rename = "focus-distance", skip_serializing_if = "Option::is_none")]
     pub focus_distance_m: Option<f64>,
     /// f-number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub f_stop: Option<f64>,
     /// In millimetres.
-    #[serde(rename = "focal-length")]
+    #[serde(default, rename = "focal-length", skip_serializing_if = "Option::is_none")]
     pub focal_length_mm: Option<f64>,
     /// How these values go on to their next keys.
+    #[serde(default)]
     pub easing: Easing,
 }
 
@@ -103,8 +105,7 @@ impl Key {
         if !self.frame.is_finite() {
             return refuse("key's frame", self.frame, "must be a number");
         }
-        // Each comparison is false for NaN.
-        if let Some(focus) = self.focus_distance_m.filter(|focus| !(*focus > 0.0)) {
+        if let Some(focus) = self.focus_distance_m.filter(|focus| focus.is_nan() || *focus <= 0.0) {
             return refuse("key's focus distance", focus, "must be above 0 (metres), or infinite");
         }
         if let Some(f_stop) = self.f_stop.filter(|f_stop| !(*f_stop > 0.0 && f_stop.is_finite())) {
@@ -231,7 +232,8 @@ mod tests {
         let mut pull = Pull::default();
         pull.set(Key { frame: 1.0, f_stop: Some(2.0), easing: Easing::Linear, ..Key::default() }).unwrap();
         pull.set(key(2.0, 3.0, Easing::Linear)).unwrap();
-        pull.set(Key { frame: 3.0, f_stop: Some(8.0), focal_length_mm: Some(50.0), ..Key::default() }).unwrap();
+        pull.set(Key { frame: 3.0, f_stop: Some(8.0), focal_length_mm: Some(50.0), ..Key::default() })
+            .unwrap();
         let middle = pull.at(2.0);
         assert!((middle.f_stop.unwrap() - 4.0).abs() < 1e-12);
         assert_eq!((middle.focus_distance_m, middle.focal_length_mm), (Some(3.0), Some(50.0)));
