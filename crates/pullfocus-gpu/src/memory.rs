@@ -35,6 +35,8 @@ pub struct Memory {
     pub nothing: wgpu::Buffer,
     /// What results are brought back through.
     readable: Option<wgpu::Buffer>,
+    /// The aperture that was spread last.
+    pub spans: Option<crate::spreading::Kept>,
     /// Bytes of all buffers that were made.
     bytes: u64,
     made: u64,
@@ -59,6 +61,7 @@ impl Memory {
             spare: HashMap::new(),
             born: HashMap::new(),
             readable: None,
+            spans: None,
             bind_groups: HashMap::new(),
             uniforms: small(SLOT * SLOTS, Use::UNIFORM | Use::COPY_DST)?,
             next_slot: 0,

@@ -11,8 +11,8 @@ use crate::recorder::{Recorder, Sink};
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    Camera, Cancel, DepthDecoding, Diffusion, Error, Frame, Integrator, Layering, Lens, Preset, Settings,
-    Size,
+    Aperture, Camera, Cancel, DepthDecoding, Diffusion, Error, Frame, Integrator, Layering, Lens, Method,
+    Preset, Settings, Size,
 };
 use std::collections::BTreeSet;
 use wgpu::TextureFormat as Format;
@@ -65,7 +65,10 @@ fn frames(context: &Context, size: Size, storage: Storage) {
     let many = Settings { layering: Layering::General { layers: 7 }, ..disc.clone() };
     let thrice = Layering::Background { layers: 3, threshold: 0.01 };
     let background = Settings { layering: thrice, repair_depth: true, ..disc.clone() };
-    for settings in [disc, many, background, Settings::preset(Preset::Preview)] {
+    let spread = |base: &Settings| Settings { method: Method::Aperture, ..base.clone() };
+    let [one, thick, last] = [&disc, &background, &many].map(spread);
+    let one = Settings { layering: Layering::Single, aperture: Aperture::blades(5, 9.0), ..one };
+    for settings in [disc, many, background, Settings::preset(Preset::Preview), one, thick, last] {
         for alpha in [false, true] {
             for depth in [&planar, &hardware] {
                 let depth = Depth { view: depth, decoding: Some(DepthDecoding::default()) };
