@@ -33,9 +33,10 @@ const BOUND: f64 = 1e-4;
 const ROUNDING: f64 = 2.0 / (1u32 << 23) as f64;
 
 /// Settings by name.
-fn settings() -> [(&'static str, Settings); 3] {
+fn settings() -> [(&'static str, Settings); 4] {
     [
-        ("`final`", crate::speed::cases::last_by_diffusion()),
+        ("`final`", crate::speed::cases::last()),
+        ("general layers, diffusion", crate::speed::cases::last_by_diffusion()),
         ("`preview`", crate::speed::cases::preview()),
         ("one layer", Settings { layering: Layering::Single, ..Settings::default() }),
     ]

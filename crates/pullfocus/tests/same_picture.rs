@@ -4,7 +4,8 @@
 mod same {
     use libtest_mimic::{Arguments, Trial};
     use pullfocus_core::{
-        Cancel, Distance, Element, Frame, Layering, Picture, Plane, Preset, Scene, Settings, Size, Storage,
+        Aperture, Cancel, Distance, Element, Frame, Layering, Method, Picture, Plane, Preset, Scene,
+        Settings, Size, Storage,
     };
     use pullfocus_gpu::{Choice, Host, adapters};
     use pullfocus_testkit::conformance::compare_pictures;
@@ -52,7 +53,27 @@ mod same {
         scene
     }
 
-    fn every_layering() -> [Settings; 4] {
+    /// Diffusion, and the aperture with a shape that is the same in front of focus and one that is not.
+    fn every_layering() -> Vec<Settings> {
+        let by_diffusion = by_diffusion();
+        let spread = [Aperture::DISC, Aperture { roundness: 0.3, squeeze: 1.4, ..Aperture::blades(5, 17.0) }];
+        let all: Vec<Settings> = spread
+            .into_iter()
+            .zip([Layering::default(), Layering::Background { layers: 2, threshold: 0.02 }])
+            .flat_map(|(aperture, layering)| {
+                let of = |layering| Settings {
+                    layering,
+                    aperture: aperture.clone(),
+                    method: Method::Aperture,
+                    ..Settings::default()
+                };
+                [of(Layering::Single), of(layering)]
+            })
+            .collect();
+        by_diffusion.into_iter().chain(all).collect()
+    }
+
+    fn by_diffusion() -> [Settings; 4] {
         let of = |layering| Settings { layering, ..Settings::default() };
         [
             of(Layering::Single),
@@ -74,7 +95,7 @@ mod same {
             let mut by_gpu = scene.clone();
             let gpu = with_host(|host| host.render(&mut by_gpu, None, &settings, &cancel));
             let (cpu, gpu) = (cpu.expect("the CPU renders"), gpu.expect("the GPU renders"));
-            let name = format!("{name} with {:?}", settings.layering);
+            let name = format!("{name} with {:?}, {:?}", settings.method, settings.layering);
             compare_pictures(&name, &by_gpu.base.picture, &by_cpu.base.picture, RELATIVE, FLOOR);
             assert_eq!((gpu.layers, gpu.coc_range), (cpu.layers, cpu.coc_range), "{name}");
         }

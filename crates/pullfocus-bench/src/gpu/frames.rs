@@ -2,7 +2,7 @@
 
 use super::session::{Measured, Session, ms, storage_name};
 use super::solvers::CIRCLES;
-use crate::speed::cases::{last_by_diffusion, lens, named, preview, scene};
+use crate::speed::cases::{last, last_by_diffusion, lens, named, preview, scene};
 use crate::table::Table;
 use anyhow::Result;
 use pullfocus::{Settings, Size};
@@ -34,14 +34,17 @@ pub struct Row {
 pub const THREE: &str = "three layers, backward Euler";
 /// The default settings, by name.
 pub const FINAL: &str = "`final`";
+/// The same layers by diffusion, by name.
+pub const BY_DIFFUSION: &str = "general layers, diffusion";
 
-fn settings() -> [(&'static str, Settings, bool); 4] {
+fn settings() -> [(&'static str, Settings, bool); 5] {
     let single = named().swap_remove(0);
     [
         (single.0, single.1, false),
         ("`preview`", preview(), false),
         (THREE, preview(), true),
-        (FINAL, last_by_diffusion(), false),
+        (BY_DIFFUSION, last_by_diffusion(), false),
+        (FINAL, last(), false),
     ]
 }
 
@@ -99,9 +102,13 @@ pub fn seconds_4k(rows: &[Row], what: &str) -> Option<f64> {
     rows.iter().find(wanted)?.frame.as_ref().ok().map(|frame| frame.seconds[1])
 }
 
-/// The largest spread over the circles of all frames.
-pub fn worst_spread(rows: &[Row]) -> Option<f64> {
-    rows.iter().filter_map(|row| row.frame.as_ref().ok()).map(Frame::spread).reduce(f64::max)
+/// The largest spread over the circles of all frames with these settings.
+pub fn worst_spread(rows: &[Row], settings: impl Fn(&str) -> bool) -> Option<f64> {
+    rows.iter()
+        .filter(|row| settings(row.what))
+        .filter_map(|row| row.frame.as_ref().ok())
+        .map(Frame::spread)
+        .reduce(f64::max)
 }
 
 /// The section.
@@ -220,7 +227,7 @@ mod tests {
         ];
         assert_eq!(seconds_4k(&rows, THREE), Some(0.0016));
         assert_eq!(seconds_4k(&rows, FINAL), None);
-        assert!((worst_spread(&rows).unwrap() - 16.0 / 15.0).abs() < 1e-12);
+        assert!((worst_spread(&rows, |what| what == THREE).unwrap() - 16.0 / 15.0).abs() < 1e-12);
         rows.push(Row { frame: Err("did not fit: y".into()), ..row(large, Storage::Full, [1.0; 3]) });
         let text = section(&rows);
         assert!(text.contains("| f16 | 1.50 | 1.60 | 1.50 | 1.07 | 625 | 10 | blur 1.00 |"), "{text}");

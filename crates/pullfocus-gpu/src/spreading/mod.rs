@@ -17,7 +17,7 @@ use crate::recorder::Recorder;
 use crate::shader::{Constant, Part, Spec, part, uniform};
 use places::{MOST_LEVELS, Places};
 use pullfocus_core::psf::MOST_DIAMETER;
-use pullfocus_core::spans::{ENLARGING, HALF, MOST_ROWS, PHASES, SIZES, STEPS};
+use pullfocus_core::spans::{HALF, MOST_ROWS, PHASES, SIZES, STEPS};
 use pullfocus_core::{Aperture, Error, Method, Result, Settings, Size};
 
 uniform! {
@@ -262,6 +262,7 @@ impl Spreading<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pullfocus_core::spans::ENLARGING;
 
     #[test]
     fn every_plane_goes_through_once_and_the_weight_comes_first() {

@@ -9,7 +9,7 @@ mod layers;
 mod lines;
 
 use libtest_mimic::{Arguments, Trial};
-use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
+use pullfocus_core::{Camera, Cancel, Diffusion, Method, Plane, Report, Result, Scene, Settings};
 use pullfocus_testkit::conformance::{DiffusionSubject, Medium, RenderSubject};
 
 /// The device as a backend.
@@ -29,6 +29,10 @@ impl DiffusionSubject for Subject {
 }
 
 impl RenderSubject for Subject {
+    fn methods(&self) -> &'static [Method] {
+        &[Method::Diffusion, Method::Aperture]
+    }
+
     fn render(
         &mut self,
         scene: &mut Scene,
