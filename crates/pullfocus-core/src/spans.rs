@@ -13,7 +13,7 @@
 //! Where spans begin and end is the same for all points of one size at one place within a cell: [`Spans`] has it in tables.
 
 use crate::aperture::{Aperture, Outline};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// The most rows of cells that a circle's diameter spans.
 pub const MOST_ROWS: usize = 48;
@@ -192,12 +192,9 @@ impl Tables {
     /// The tables of `aperture` on pixels of which `vertical_scale` in height are as long as one in width.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] for an aperture that is a picture.
+    /// [`crate::Error::Unsupported`] for an aperture that is a picture.
     pub fn new(aperture: &Aperture, vertical_scale: f32) -> Result<Self> {
-        let outline = aperture.outline().ok_or(Error::Unsupported {
-            what: "an aperture given as a picture",
-            reason: "the method aperture draws discs and blades; take the method naive, or bokeh highlights",
-        })?;
+        let outline = aperture.expect_outline()?;
         let across = 1.0 / (f64::from(vertical_scale) * aperture.squeeze);
         let same = outline.sides.len() % 2 == 0 || outline.sides.len() == 1;
         Ok(Self {

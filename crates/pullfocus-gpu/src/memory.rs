@@ -75,7 +75,7 @@ impl Memory {
 
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        self.bytes + self.spans.as_ref().map_or(0, crate::spreading::Kept::bytes)
     }
 
     /// How many buffers were made so far; stays while the size does.

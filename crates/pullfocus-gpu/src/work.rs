@@ -72,8 +72,15 @@ impl<'w, 'r> Work<'w, 'r> {
         gamma: Option<&wgpu::Buffer>,
     ) -> Result<()> {
         if self.method == Method::Aperture {
-            let (vertical_scale, aperture, found) = (self.vertical_scale, self.aperture, &self.range);
-            let spread = Spread { circle, gamma, vertical_scale, aperture, found };
+            let limits = self.recorder.context.limits();
+            let spread = Spread {
+                circle,
+                gamma,
+                vertical_scale: self.vertical_scale,
+                aperture: self.aperture,
+                found: &self.range,
+                most_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            };
             return spreading::spread(self.recorder, self.size, groups, &spread);
         }
         let conductivity = Conductivity::Circle(circle);

@@ -324,7 +324,7 @@ mod tests {
     }
 
     fn no_method() -> Error {
-        pullfocus_core::Method::Naive.expect_diffusion().unwrap_err()
+        pullfocus_core::Method::Naive.expect_on_gpu().unwrap_err()
     }
 
     fn no_bokeh() -> Error {
@@ -342,7 +342,7 @@ mod tests {
         for (error, word) in [
             (no_room(), "allows 8"),
             (no_memory(), "memory"),
-            (no_method(), "diffusion only"),
+            (no_method(), "aperture only"),
             (no_bokeh(), "no highlights"),
         ] {
             let mut renderer = on_fake(Some(error), true);

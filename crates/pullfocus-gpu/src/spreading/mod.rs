@@ -18,7 +18,7 @@ use crate::shader::{Constant, Part, Spec, part, uniform};
 use places::{MOST_LEVELS, Places};
 use pullfocus_core::psf::MOST_DIAMETER;
 use pullfocus_core::spans::{HALF, MOST_ROWS, PHASES, SIZES, STEPS};
-use pullfocus_core::{Aperture, Error, Method, Result, Settings, Size};
+use pullfocus_core::{Aperture, ApertureShape, Method, Result, Settings, Size};
 
 uniform! {
     /// See `spans.wgsl`.
@@ -56,6 +56,8 @@ pub struct Spread<'a> {
     pub aperture: &'a Aperture,
     /// The buffer whose third word says how many layers there are: for groups of layers beyond that nothing is done.
     pub found: &'a wgpu::Buffer,
+    /// The most bytes of one buffer: where a group's sums are more, its planes go through a few at a time.
+    pub most_bytes: u64,
 }
 
 /// Pixels along each side of a workgroup's tile (`draw.wgsl`).
@@ -66,30 +68,23 @@ const STATS_BYTES: u64 = 64;
 /// workgroup memory.
 const WORK_OF_A_POINT: u64 = 32;
 
-/// Refuses methods that GPUs do not have.
+/// Refuses methods that GPUs do not have, and shapes that the method has not.
 ///
 /// # Errors
-/// [`Error::Unsupported`].
+/// [`pullfocus_core::Error::Unsupported`].
 pub fn check(settings: &Settings) -> Result<()> {
-    match settings.method {
-        Method::Diffusion => Ok(()),
-        Method::Aperture if aperture_of(settings).outline().is_some() => Ok(()),
-        Method::Aperture => Err(Error::Unsupported {
-            what: "an aperture given as a picture",
-            reason: "the method aperture draws discs and blades; take the method naive on the device cpu, or bokeh highlights",
-        }),
-        _ => Err(Error::Unsupported {
-            what: "a method other than diffusion and aperture",
-            reason: "GPUs have these two only; take the device cpu, or one of them",
-        }),
+    settings.method.expect_on_gpu()?;
+    if settings.method == Method::Aperture {
+        aperture_of(settings).expect_outline()?;
     }
+    Ok(())
 }
 
 /// The shape that the method spreads.
 pub fn aperture_of(settings: &Settings) -> &Aperture {
     match settings.aperture.shape {
         // A picture is no span: highlights have it, the rest a disc.
-        pullfocus_core::ApertureShape::Image(_) if settings.bokeh.is_some() => &Aperture::DISC,
+        ApertureShape::Image(_) if settings.bokeh.is_some() => &Aperture::DISC,
         _ => &settings.aperture,
     }
 }
@@ -126,8 +121,8 @@ fn shares(planes: u32, weight: bool, allowed: u64) -> Vec<Share> {
 /// Spreads groups of planes, in place, over the aperture.
 ///
 /// # Errors
-/// [`Error::Unsupported`] for an aperture that is a picture; [`Error::DeviceLimit`], [`Error::OutOfMemory`]; a
-/// host's [`Error::Cancelled`].
+/// [`pullfocus_core::Error::Unsupported`] for an aperture that is a picture; [`pullfocus_core::Error::DeviceLimit`], [`pullfocus_core::Error::OutOfMemory`]; a
+/// host's [`pullfocus_core::Error::Cancelled`].
 pub fn spread(recorder: &mut Recorder<'_>, size: Size, groups: &[&Group], spread: &Spread<'_>) -> Result<()> {
     if size.area() == 0 || groups.is_empty() {
         return Ok(());
@@ -135,8 +130,7 @@ pub fn spread(recorder: &mut Recorder<'_>, size: Size, groups: &[&Group], spread
     let table = recorder.memory.spans(recorder.context, size, (spread.aperture, spread.vertical_scale))?;
     let most = MOST_DIAMETER * size.width.max(size.height) as f32;
     let places = Places::new(size, most * spread.vertical_scale);
-    let limits = recorder.context.limits();
-    let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / (8 * places.cells());
+    let allowed = spread.most_bytes / (8 * places.cells());
     let weights = recorder.take_plane(size)?;
     for (g, group) in groups.iter().enumerate() {
         let stats = recorder.take(size, STATS_BYTES)?;

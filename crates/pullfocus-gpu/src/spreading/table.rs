@@ -26,6 +26,13 @@ pub struct Kept {
     table: Table,
 }
 
+impl Kept {
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.table.buffer.size()
+    }
+}
+
 impl Memory {
     /// The table of an aperture on pixels of this height for each pixel of width; the last one if it is the same. Commands that
     /// wait for their submission keep theirs.

@@ -7,6 +7,7 @@ mod device;
 mod embed;
 mod layers;
 mod lines;
+mod spreading;
 
 use libtest_mimic::{Arguments, Trial};
 use pullfocus_core::{Camera, Cancel, Diffusion, Method, Plane, Report, Result, Scene, Settings};
@@ -69,6 +70,9 @@ fn main() {
     }
     for (name, test) in lines::tests() {
         add(format!("lines::{name}"), Box::new(test));
+    }
+    for (name, test) in spreading::tests() {
+        add(format!("spreading::{name}"), Box::new(test));
     }
     let conclusion = libtest_mimic::run(&arguments, trials);
     let complaints = device::complaints();
