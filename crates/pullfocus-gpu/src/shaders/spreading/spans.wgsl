@@ -1,7 +1,7 @@
 // What all passes of the aperture's spans have to know; as in `pullfocus_core::spans`.
 //
 // Light is added up in whole numbers of 64 bits, two words each: the sum does not depend on the order, and where a span ends
-// nothing is left of it. A channel's step follows from its largest value, of which 16 have room.
+// nothing is left of it. A channel's step follows from its largest value, of which 32 have room.
 
 struct Params {
     width: u32,
