@@ -1,10 +1,11 @@
 //! The aperture's spans: what adding up in whole numbers promises.
 
 use crate::device::with_host;
-use pullfocus_core::{Aperture, Method, Plane, Settings, Size};
+use pullfocus_core::{Aperture, Cancel, Error, Layering, Method, Plane, Settings, Size};
 use pullfocus_gpu::Storage;
 use pullfocus_gpu::inside::{self, Apart};
 use pullfocus_testkit::scenes;
+use std::time::{Duration, Instant};
 
 /// Name and test.
 pub fn tests() -> Vec<(&'static str, fn())> {
@@ -12,6 +13,7 @@ pub fn tests() -> Vec<(&'static str, fn())> {
         ("few_planes_at_a_time_are_the_same_bits", few_planes_at_a_time_are_the_same_bits),
         ("nothing_is_left_of_a_light_beyond_its_circle", nothing_is_left_of_a_light_beyond_its_circle),
         ("weights_decide_who_is_seen", weights_decide_who_is_seen),
+        ("a_long_draw_hears_a_wish_to_stop", a_long_draw_hears_a_wish_to_stop),
         ("other_methods_and_shapes_are_refused", other_methods_and_shapes_are_refused),
     ]
 }
@@ -85,6 +87,29 @@ fn weights_decide_who_is_seen() {
     assert!(found.data().iter().all(|v| (2.0..=7.0).contains(v)));
 }
 
+/// A software device draws these circles for seconds; a fast one may be done before it is asked.
+fn a_long_draw_hears_a_wish_to_stop() {
+    let size = Size::new(2048, 1024);
+    let colors = vec![scenes::checker(size, 9); 3];
+    let mut scene = scenes::by_circle(colors, None, scenes::constant(size, 47.0));
+    let layering = Layering::Single;
+    let settings = Settings { method: Method::Aperture, layering, ..Settings::default() };
+    let (cancel, start) = (Cancel::new(), Instant::now());
+    let flag = cancel.clone();
+    let raise = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(1000));
+        flag.cancel();
+        Instant::now()
+    });
+    let result = with_host(|host| host.render(&mut scene, None, &settings, &cancel));
+    let ended = Instant::now();
+    let late = ended.saturating_duration_since(raise.join().expect("the flag is raised"));
+    assert!(matches!(result, Ok(_) | Err(Error::Cancelled)), "{result:?}");
+    // The promise is 50 ms; ten times that, as in the conformance suite, for a loaded machine.
+    assert!(late < Duration::from_millis(500), "it went on for {late:?} of {:?}", start.elapsed());
+    eprintln!("{} after {late:?} of {:?}", if result.is_ok() { "done" } else { "stopped" }, start.elapsed());
+}
+
 fn other_methods_and_shapes_are_refused() {
     let scene = scenes::fence_over_ramp(Size::new(20, 10), -3.0, 4.0);
     let mask = pullfocus_core::aperture::Mask::new(1, 1, vec![1.0]).expect("a mask");
@@ -93,8 +118,8 @@ fn other_methods_and_shapes_are_refused() {
     let of = |method, aperture| Settings { method, aperture, ..Settings::default() };
     for settings in [of(Method::Naive, Aperture::DISC), of(Method::Aperture, picture)] {
         let mut scene = scene.clone();
-        let cancel = pullfocus_core::Cancel::new();
+        let cancel = Cancel::new();
         let refused = with_host(|host| host.render(&mut scene, None, &settings, &cancel));
-        assert!(matches!(refused, Err(pullfocus_core::Error::Unsupported { .. })), "{refused:?}");
+        assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?}");
     }
 }
