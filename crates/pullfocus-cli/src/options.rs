@@ -197,7 +197,7 @@ pub enum PresetName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
-    /// Anisotropic heat diffusion, at the same cost for every size of circle: the default of preset preview, and of GPUs
+    /// Anisotropic heat diffusion, at the same cost for every size of circle: the default of preset preview
     Diffusion,
     /// Every pixel spread over its circle (--psf), slowly
     Naive,

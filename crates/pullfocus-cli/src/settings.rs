@@ -5,8 +5,7 @@ use crate::options::{
     Blur, CalibrationName, Circle, Depth, DepthForm, GatherName, IntegratorName, LayeringName, MethodName,
     MipmapName, PresetName, PsfName, QualityName, SitesName, SolverName, SpreadName,
 };
-use crate::values::{DeviceChoice, Largest, Number, Shape};
-use pullfocus::Device;
+use crate::values::{Largest, Number, Shape};
 use pullfocus_core::aperture::{MOST_MASK_SIDE, Mask};
 use pullfocus_core::diffusion::{Calibration, JacobiStop};
 use pullfocus_core::layers::MOST_LAYERS;
@@ -33,9 +32,8 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
         Some(PresetName::Final) | None => Preset::Final,
     };
     let mut base = Settings::preset(preset);
-    // Who says how diffusion works means diffusion; a GPU has no other method.
-    let gpu = matches!(blur.device, Some(DeviceChoice(Device::Gpu(_))));
-    if gpu || of_diffusion(blur).is_some() {
+    // Who says how diffusion works means diffusion.
+    if of_diffusion(blur).is_some() {
         base.method = Method::Diffusion;
     }
     let (method, psf, quality) = method(blur, base.method)?;
@@ -399,9 +397,10 @@ mod tests {
     fn nothing_given_is_the_final_preset() {
         assert_eq!(made("").unwrap(), Settings::preset(Preset::Final));
         assert_eq!(made("preset = 'preview'").unwrap(), Settings::preset(Preset::Preview));
-        // Diffusion's own options ask for it, and so does a GPU.
+        // Diffusion's own options ask for it.
         assert_eq!(made("solver = 'hybrid'").unwrap().method, Method::Diffusion);
-        assert_eq!(made("device = 'gpu'").unwrap(), Settings::default());
+        // Whatever the device.
+        assert_eq!(made("device = 'gpu'").unwrap(), Settings::preset(Preset::Final));
     }
 
     #[test]

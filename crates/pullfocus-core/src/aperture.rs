@@ -191,6 +191,17 @@ impl Aperture {
         Ok(())
     }
 
+    /// The rim, for a method that has nothing else.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for pictures.
+    pub fn expect_outline(&self) -> Result<Outline> {
+        self.outline().ok_or(Error::Unsupported {
+            what: "an aperture given as a picture",
+            reason: "the method aperture draws discs and blades; take the method naive, or bokeh highlights",
+        })
+    }
+
     /// The rim, for shapes that have one: all but pictures.
     pub fn outline(&self) -> Option<Outline> {
         let count = match self.shape {

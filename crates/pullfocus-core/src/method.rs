@@ -47,17 +47,17 @@ impl Method {
         matches!(self, Self::Naive | Self::Gather)
     }
 
-    /// Refuses what only a device without the spreading methods has to refuse: anything but diffusion.
+    /// Refuses the methods that GPUs do not have: all but diffusion and the aperture.
     ///
     /// # Errors
     /// [`Error::Unsupported`].
-    pub fn expect_diffusion(self) -> Result<()> {
-        if self == Self::Diffusion {
+    pub fn expect_on_gpu(self) -> Result<()> {
+        if matches!(self, Self::Diffusion | Self::Aperture) {
             return Ok(());
         }
         Err(Error::Unsupported {
-            what: "a method other than diffusion",
-            reason: "this device has diffusion only; take the device cpu, or the method diffusion",
+            what: "this method",
+            reason: "GPUs have diffusion and the aperture only; take the device cpu, or one of these",
         })
     }
 }
@@ -127,9 +127,10 @@ mod tests {
     }
 
     #[test]
-    fn a_device_with_diffusion_only_says_so() {
+    fn gpus_say_which_methods_they_have() {
         for method in Method::ALL {
-            assert_eq!(method.expect_diffusion().is_ok(), method == Method::Diffusion);
+            let there = [Method::Diffusion, Method::Aperture].contains(&method);
+            assert_eq!(method.expect_on_gpu().is_ok(), there);
         }
     }
 }

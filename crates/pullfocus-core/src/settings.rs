@@ -10,7 +10,7 @@ use crate::method::{Method, Mipmap, Psf, Quality};
 use crate::tensor::Tensor;
 use serde::{Deserialize, Serialize};
 
-/// The settings of a render; the same for every backend. The default is general layers by diffusion, which every device has.
+/// The settings of a render; the same for every backend. The default is general layers by diffusion.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Settings {
@@ -55,8 +55,7 @@ pub enum Storage {
 pub enum Preset {
     /// The first paper's two layers and one backward-Euler step: fast, for choosing focus and f-stop.
     Preview,
-    /// General layers, spread over the aperture: the picture to keep. A device that has diffusion only needs
-    /// [`Settings::default`], the same layers by diffusion.
+    /// General layers, spread over the aperture: the picture to keep, on every device.
     #[default]
     Final,
 }

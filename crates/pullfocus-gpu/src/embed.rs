@@ -7,6 +7,7 @@ use crate::memory::{self, Memory};
 use crate::pipeline::{self, Element, layout};
 use crate::planes::{Group, Storage};
 use crate::recorder::{Recorder, Sink};
+use crate::spreading;
 use crate::textures;
 use crate::timer::Timer;
 use crate::work::Work;
@@ -140,7 +141,7 @@ impl Context {
     ) -> Result<()> {
         let FrameSettings { frame, camera, settings } = *frame;
         settings.check()?;
-        settings.method.expect_diffusion()?;
+        spreading::check(settings)?;
         let size = buffers.size;
         if frame.data.size != size {
             return Err(mismatch("the frame's data window", frame.data.size, size));

@@ -7,6 +7,7 @@ use crate::memory::Memory;
 use crate::pipeline::{self, Element, layout};
 use crate::planes::{Storage, groups};
 use crate::recorder::{Recorder, Sink, wait};
+use crate::spreading;
 use crate::timer::Timer;
 use crate::transfer::{download, place, upload, upload_plane};
 use crate::work::Work;
@@ -311,7 +312,7 @@ impl Host {
         cancel: &Cancel,
     ) -> Result<Report> {
         settings.check()?;
-        settings.method.expect_diffusion()?;
+        spreading::check(settings)?;
         scene.check()?;
         cancel.check()?;
         let size = scene.frame.data.size;

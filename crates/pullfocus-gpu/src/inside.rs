@@ -6,11 +6,12 @@ use crate::layers;
 use crate::memory::Memory;
 use crate::planes::{Group, Storage, groups};
 use crate::recorder::{Recorder, Sink};
+use crate::spreading::{self, Spread};
 use crate::transfer::{download, place, upload, upload_plane};
 use crate::work::Work;
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::split::{Cut, Split};
-use pullfocus_core::{Cancel, Frame, Plane, Result, Settings, Size};
+use pullfocus_core::{Aperture, Cancel, Frame, Plane, Result, Settings, Size};
 
 /// A picture to be taken apart.
 #[derive(Debug, Clone, Copy)]
@@ -113,5 +114,29 @@ pub fn blurred(context: &Context, apart: &Apart<'_>, largest: f32) -> Result<Vec
         let (picture, coc) = bring(work, apart)?;
         layers::blur_layers(work, &picture, [count, count], &coc, apart.layers)?;
         fetch(work, &picture, count)
+    })
+}
+
+/// Planes spread over an aperture through the circles `coc`, with the weight `gamma` where it is given, out of buffers
+/// of at most `most_bytes`.
+///
+/// # Errors
+/// Any [`pullfocus_core::Error`].
+pub fn spread(
+    context: &Context,
+    apart: &Apart<'_>,
+    gamma: Option<&Plane>,
+    aperture: &Aperture,
+    most_bytes: u64,
+) -> Result<Vec<Plane>> {
+    with_work(context, apart.coc.size(), apart.storage, 0.0, |work| {
+        let (picture, circle) = bring(work, apart)?;
+        let gamma = gamma.map(|gamma| upload_plane(work.recorder, gamma)).transpose()?;
+        let (found, gamma) = (work.range.clone(), gamma.as_ref());
+        let spread =
+            Spread { circle: &circle, gamma, vertical_scale: 1.0, aperture, found: &found, most_bytes };
+        let groups: Vec<&Group> = picture.iter().collect();
+        spreading::spread(work.recorder, work.size, &groups, &spread)?;
+        fetch(work, &picture, apart.planes.len())
     })
 }

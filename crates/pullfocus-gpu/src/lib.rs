@@ -1,4 +1,4 @@
-//! The GPU pipeline: image + depth + camera → circle of confusion → layers → diffusion → composite, as compute passes
+//! The GPU pipeline: image + depth + camera → circle of confusion → layers → method → composite, as compute passes
 //! through `wgpu`; the same settings and, up to rounding, the same picture as on the CPU.
 //!
 //! Two ways in:
@@ -53,6 +53,7 @@ mod pipeline;
 mod planes;
 mod recorder;
 mod shader;
+mod spreading;
 mod textures;
 mod timer;
 mod transfer;

@@ -37,6 +37,8 @@ pub struct Memory {
     pub shape: Option<(crate::bokeh::ShapeOf, crate::bokeh::Shape)>,
     /// What results are brought back through.
     readable: Option<wgpu::Buffer>,
+    /// The aperture that was spread last.
+    pub spans: Option<crate::spreading::Kept>,
     /// Bytes of all buffers that were made.
     bytes: u64,
     made: u64,
@@ -62,6 +64,7 @@ impl Memory {
             born: HashMap::new(),
             shape: None,
             readable: None,
+            spans: None,
             bind_groups: HashMap::new(),
             uniforms: small(SLOT * SLOTS, Use::UNIFORM | Use::COPY_DST)?,
             next_slot: 0,
@@ -75,7 +78,7 @@ impl Memory {
 
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        self.bytes + self.spans.as_ref().map_or(0, crate::spreading::Kept::bytes)
     }
 
     /// How many buffers were made so far; stays while the size does.

@@ -251,6 +251,11 @@ impl<'a> Recorder<'a> {
         self.work_limit
     }
 
+    /// How many pieces of `amount` may go between two submissions of a host, 1 or more; for a caller's encoder any number.
+    pub fn most_in_one_piece(&self, amount: u64) -> usize {
+        if self.is_host() { (self.work_limit / amount.max(1)).max(1) as usize } else { 1 << 20 }
+    }
+
     /// Whether results may be looked at between two dispatches.
     pub fn is_host(&self) -> bool {
         matches!(self.sink, Sink::Host { .. })

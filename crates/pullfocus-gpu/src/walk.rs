@@ -13,7 +13,7 @@ use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
     Aperture, ApertureShape, Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Error, Frame, Integrator,
-    Layering, Lens, Preset, Settings, Size,
+    Layering, Lens, Method, Preset, Settings, Size,
 };
 use std::collections::BTreeSet;
 use wgpu::TextureFormat as Format;
@@ -66,13 +66,16 @@ fn frames(context: &Context, size: Size, storage: Storage) {
     let many = Settings { layering: Layering::General { layers: 7 }, ..disc.clone() };
     let thrice = Layering::Background { layers: 3, threshold: 0.01 };
     let background = Settings { layering: thrice, repair_depth: true, ..disc.clone() };
+    let spread = |base: &Settings| Settings { method: Method::Aperture, ..base.clone() };
+    let [one, thick, last] = [&disc, &background, &many].map(spread);
+    let one = Settings { layering: Layering::Single, aperture: Aperture::blades(5, 9.0), ..one };
     let mask = Mask::new(3, 2, vec![1.0, 2.0, 0.0, 1.0, 0.5, 1.0]).expect("a picture of an aperture");
     let heart = Aperture { shape: ApertureShape::Image(mask), ..Aperture::DISC };
     let lights = |layering, cats_eye, aperture| Settings {
         layering,
         bokeh: Some(Bokeh { cats_eye, ..Bokeh::default() }),
         aperture,
-        ..disc.clone()
+        ..Settings::default()
     };
     let highlights = [
         lights(Layering::Single, 0.0, Aperture::DISC),
@@ -81,7 +84,8 @@ fn frames(context: &Context, size: Size, storage: Storage) {
         lights(Layering::General { layers: 3 }, 0.5, heart.clone()),
         lights(Layering::Single, 0.5, heart),
     ];
-    let plain = [disc, many, background, Settings::preset(Preset::Preview)];
+    let preview = Settings::preset(Preset::Preview);
+    let plain = [disc, many, background, preview, one, thick, last];
     for settings in plain.into_iter().chain(highlights) {
         for alpha in [false, true] {
             for depth in [&planar, &hardware] {

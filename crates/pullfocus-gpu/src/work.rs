@@ -4,8 +4,9 @@ use crate::bokeh::Look;
 use crate::diffusion::{self, Conductivity, How, Medium, Tuning};
 use crate::planes::{Group, Storage};
 use crate::recorder::Recorder;
+use crate::spreading::{self, Spread};
 use pullfocus_core::diffusion::Calibration;
-use pullfocus_core::{Diffusion, Frame, Integrator, Result, Settings, Size, Solver};
+use pullfocus_core::{Aperture, Diffusion, Frame, Integrator, Method, Result, Settings, Size, Solver};
 
 /// One render's surroundings.
 pub struct Work<'w, 'r> {
@@ -13,7 +14,11 @@ pub struct Work<'w, 'r> {
     pub recorder: &'w mut Recorder<'r>,
     /// The picture's size.
     pub size: Size,
-    /// How a layer is blurred.
+    /// Which method blurs a layer.
+    pub method: Method,
+    /// The aperture's shape, where it is spread.
+    pub aperture: &'w Aperture,
+    /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Pixels of height for one pixel of width.
     pub vertical_scale: f32,
@@ -42,7 +47,7 @@ impl<'w, 'r> Work<'w, 'r> {
     pub fn new(
         recorder: &'w mut Recorder<'r>,
         frame: &Frame,
-        settings: &Settings,
+        settings: &'w Settings,
         storage: Storage,
         tuning: Tuning,
         range: wgpu::Buffer,
@@ -50,6 +55,8 @@ impl<'w, 'r> Work<'w, 'r> {
         Self {
             recorder,
             size: frame.data.size,
+            method: settings.method,
+            aperture: spreading::aperture_of(settings),
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,
@@ -69,14 +76,26 @@ impl<'w, 'r> Work<'w, 'r> {
         Ok(())
     }
 
-    /// Blurs groups by the circle of confusion `circle` (f32; its sign does not matter) with the method of the settings.
-    /// Small negative lobes do not bring a plane below 0, nor below its own least value.
+    /// Blurs groups by the circle of confusion `circle` (f32; its sign turns an aperture over, and matters nowhere else) with
+    /// the method of the settings; `gamma` says how much a pixel's own value counts. Small negative lobes do not bring a plane below 0, nor below its own least value.
     pub fn blur(
         &mut self,
         groups: &[&Group],
         circle: &wgpu::Buffer,
         gamma: Option<&wgpu::Buffer>,
     ) -> Result<()> {
+        if self.method == Method::Aperture {
+            let limits = self.recorder.context.limits();
+            let spread = Spread {
+                circle,
+                gamma,
+                vertical_scale: self.vertical_scale,
+                aperture: self.aperture,
+                found: &self.range,
+                most_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            };
+            return spreading::spread(self.recorder, self.size, groups, &spread);
+        }
         let conductivity = Conductivity::Circle(circle);
         let medium = Medium { conductivity, gamma, vertical_scale: self.vertical_scale };
         let how = How { floor_at_zero: true, tuning: self.tuning, found: Some(&self.range) };

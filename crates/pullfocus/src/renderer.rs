@@ -324,7 +324,7 @@ mod tests {
     }
 
     fn no_method() -> Error {
-        pullfocus_core::Method::Naive.expect_diffusion().unwrap_err()
+        pullfocus_core::Method::Naive.expect_on_gpu().unwrap_err()
     }
 
     fn lost() -> Error {
@@ -336,7 +336,7 @@ mod tests {
         let by_cpu = rendered(&mut Renderer::new()).unwrap();
         assert_ne!(by_cpu, painted());
         for (error, word) in
-            [(no_room(), "allows 8"), (no_memory(), "memory"), (no_method(), "diffusion only")]
+            [(no_room(), "allows 8"), (no_memory(), "memory"), (no_method(), "aperture only")]
         {
             let mut renderer = on_fake(Some(error), true);
             assert_eq!(rendered(&mut renderer).unwrap(), by_cpu);

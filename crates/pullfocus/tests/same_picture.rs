@@ -4,7 +4,8 @@
 mod same {
     use libtest_mimic::{Arguments, Trial};
     use pullfocus_core::{
-        Cancel, Distance, Element, Frame, Layering, Picture, Plane, Preset, Scene, Settings, Size, Storage,
+        Aperture, Cancel, Distance, Element, Frame, Layering, Method, Picture, Plane, Preset, Scene,
+        Settings, Size, Storage,
     };
     use pullfocus_gpu::{Choice, Host, adapters};
     use pullfocus_testkit::conformance::compare_pictures;
@@ -52,7 +53,29 @@ mod same {
         scene
     }
 
-    fn every_layering() -> [Settings; 4] {
+    /// Diffusion, and the aperture with a shape that is the same in front of focus and one that is not.
+    fn every_layering() -> Vec<Settings> {
+        by_diffusion().into_iter().chain(by_spreading()).collect()
+    }
+
+    fn by_spreading() -> Vec<Settings> {
+        let shapes = [Aperture::DISC, Aperture { roundness: 0.3, squeeze: 1.4, ..Aperture::blades(5, 17.0) }];
+        shapes
+            .into_iter()
+            .zip([Layering::default(), Layering::Background { layers: 2, threshold: 0.02 }])
+            .flat_map(|(aperture, layering)| {
+                let of = |layering| Settings {
+                    layering,
+                    aperture: aperture.clone(),
+                    method: Method::Aperture,
+                    ..Settings::default()
+                };
+                [of(Layering::Single), of(layering)]
+            })
+            .collect()
+    }
+
+    fn by_diffusion() -> [Settings; 4] {
         let of = |layering| Settings { layering, ..Settings::default() };
         [
             of(Layering::Single),
@@ -67,14 +90,18 @@ mod same {
     const FLOOR: f32 = 0.05;
 
     fn check(name: &str, scene: &Scene) {
-        for settings in every_layering() {
+        check_with(name, scene, &every_layering());
+    }
+
+    fn check_with(name: &str, scene: &Scene, settings: &[Settings]) {
+        for settings in settings {
             let mut by_cpu = scene.clone();
             let cancel = Cancel::new();
-            let cpu = pullfocus_cpu::Renderer::new().render(&mut by_cpu, None, &settings, &cancel);
+            let cpu = pullfocus_cpu::Renderer::new().render(&mut by_cpu, None, settings, &cancel);
             let mut by_gpu = scene.clone();
-            let gpu = with_host(|host| host.render(&mut by_gpu, None, &settings, &cancel));
+            let gpu = with_host(|host| host.render(&mut by_gpu, None, settings, &cancel));
             let (cpu, gpu) = (cpu.expect("the CPU renders"), gpu.expect("the GPU renders"));
-            let name = format!("{name} with {:?}", settings.layering);
+            let name = format!("{name} with {:?}, {:?}", settings.method, settings.layering);
             compare_pictures(&name, &by_gpu.base.picture, &by_cpu.base.picture, RELATIVE, FLOOR);
             assert_eq!((gpu.layers, gpu.coc_range), (cpu.layers, cpu.coc_range), "{name}");
         }
@@ -93,6 +120,19 @@ mod same {
             [Size::new(1, 1), Size::new(1, 40), Size::new(57, 2), Size::new(300, 17), Size::new(64, 64)]
         {
             check(&size.to_string(), &scene(size, 3, true));
+        }
+    }
+
+    /// Several levels, circles wider than the picture, and more rows than a host submits at a time.
+    fn circles_of_any_size() {
+        for (size, times) in
+            [(Size::new(150, 84), 8.0), (Size::new(150, 84), 300.0), (Size::new(640, 130), 20.0)]
+        {
+            let mut scene = scene(size, 3, false);
+            if let Distance::Coc(plane) = &mut scene.base.distance {
+                plane.data_mut().iter_mut().for_each(|c| *c *= times);
+            }
+            check_with(&format!("circles {times} times as large"), &scene, &by_spreading());
         }
     }
 
@@ -170,7 +210,8 @@ mod same {
         let there = choice().is_some();
         let required = std::env::var("PULLFOCUS_TEST_GPU").is_ok_and(|value| value == "required");
         assert!(there || !required, "PULLFOCUS_TEST_GPU=required, and no adapter was found");
-        let tests: [(&str, fn()); 6] = [
+        let tests: [(&str, fn()); 7] = [
+            ("circles_of_any_size", circles_of_any_size),
             ("pictures_of_any_planes", pictures_of_any_planes),
             ("pictures_of_any_size", pictures_of_any_size),
             (

@@ -2,7 +2,7 @@
 
 use super::session::{Measured, Session, ms, storage_name};
 use super::solvers::CIRCLES;
-use crate::speed::cases::{last_by_diffusion, lens, lights, named, preview, scene};
+use crate::speed::cases::{last, last_by_diffusion, lens, lights, named, preview, scene};
 use crate::table::Table;
 use anyhow::Result;
 use pullfocus::{Bokeh, Scene, Settings, Size};
@@ -34,6 +34,8 @@ pub struct Row {
 pub const THREE: &str = "three layers, backward Euler";
 /// The default settings, by name.
 pub const FINAL: &str = "`final`";
+/// The same layers by diffusion, by name.
+pub const BY_DIFFUSION: &str = "general layers, diffusion";
 
 /// One layer with a highlight in every twentieth pixel, by name.
 pub const LIGHTS: &str = "one layer, highlights";
@@ -41,7 +43,7 @@ pub const LIGHTS: &str = "one layer, highlights";
 /// Settings, and the scene of a size that they are for.
 type Asked = (&'static str, Settings, fn(Size) -> Scene);
 
-fn settings() -> [Asked; 5] {
+fn settings() -> [Asked; 6] {
     let plain: fn(Size) -> Scene = |size| scene(size, false);
     let single = named().swap_remove(0);
     let lit = Settings { bokeh: Some(Bokeh::default()), ..single.1.clone() };
@@ -49,7 +51,8 @@ fn settings() -> [Asked; 5] {
         (single.0, single.1, plain),
         ("`preview`", preview(), plain),
         (THREE, preview(), |size| scene(size, true)),
-        (FINAL, last_by_diffusion(), plain),
+        (BY_DIFFUSION, last_by_diffusion(), plain),
+        (FINAL, last(), plain),
         (LIGHTS, lit, lights),
     ]
 }
@@ -116,10 +119,13 @@ pub fn seconds_of_lights(rows: &[Row]) -> Option<f64> {
     frame.stages.iter().find(|(name, _)| name == "highlights").map(|(_, seconds)| *seconds)
 }
 
-/// The largest spread over the circles of all frames; highlights cost by their area.
-pub fn worst_spread(rows: &[Row]) -> Option<f64> {
-    let even = rows.iter().filter(|row| row.what != LIGHTS);
-    even.filter_map(|row| row.frame.as_ref().ok()).map(Frame::spread).reduce(f64::max)
+/// The largest spread over the circles of all frames with these settings.
+pub fn worst_spread(rows: &[Row], settings: impl Fn(&str) -> bool) -> Option<f64> {
+    rows.iter()
+        .filter(|row| settings(row.what))
+        .filter_map(|row| row.frame.as_ref().ok())
+        .map(Frame::spread)
+        .reduce(f64::max)
 }
 
 /// The section.
@@ -238,14 +244,13 @@ mod tests {
         ];
         assert_eq!(seconds_4k(&rows, THREE), Some(0.0016));
         assert_eq!(seconds_4k(&rows, FINAL), None);
-        assert!((worst_spread(&rows).unwrap() - 16.0 / 15.0).abs() < 1e-12);
         assert_eq!(seconds_of_lights(&rows), None);
         let stages = vec![("highlights".into(), 0.0017), ("blur".into(), 0.0003)];
         let lit = Frame { seconds: [0.001, 0.002, 0.02], stages, bytes: 1 };
         let size = Size::new(1920, 1080);
         rows.push(Row { size, what: LIGHTS, storage: Storage::Half, frame: Ok(lit) });
         assert_eq!(seconds_of_lights(&rows), Some(0.0017));
-        assert!((worst_spread(&rows).unwrap() - 16.0 / 15.0).abs() < 1e-12);
+        assert!((worst_spread(&rows, |what| what == THREE).unwrap() - 16.0 / 15.0).abs() < 1e-12);
         rows.push(Row { frame: Err("did not fit: y".into()), ..row(large, Storage::Full, [1.0; 3]) });
         let text = section(&rows);
         assert!(text.contains("| f16 | 1.50 | 1.60 | 1.50 | 1.07 | 625 | 10 | blur 1.00 |"), "{text}");

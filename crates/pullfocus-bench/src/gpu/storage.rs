@@ -3,7 +3,7 @@
 use super::session::{Measured, Session, refused};
 use crate::difference::{Difference, FLOOR};
 use crate::frames::{FrameOptions, TestFrame, made};
-use crate::speed::cases::{last_by_diffusion, preview};
+use crate::speed::cases::{last, last_by_diffusion, preview};
 use crate::table::Table;
 use anyhow::Result;
 use pullfocus::{Cancel, Picture, Settings};
@@ -33,7 +33,8 @@ pub fn measure(session: &mut Session, options: &FrameOptions) -> Result<Vec<Row>
     let most = if session.quick { Some(1) } else { session.software.then_some(2) };
     let read = options.read(most)?;
     let mut rows = vec![];
-    for (name, settings) in [("`preview`", preview()), ("`final`", last_by_diffusion())] {
+    let by_diffusion = ("general layers, diffusion", last_by_diffusion());
+    for (name, settings) in [("`preview`", preview()), by_diffusion, ("`final`", last())] {
         let mut add = |frames: String, of: Vec<&TestFrame>| -> Result<()> {
             let Some(first) = of.first() else { return Ok(()) };
             let input = first.input;

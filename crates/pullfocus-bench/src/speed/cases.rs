@@ -15,12 +15,12 @@ pub fn preview() -> Settings {
     Settings::preset(Preset::Preview)
 }
 
-/// The default settings on the CPU.
+/// The default settings.
 pub fn last() -> Settings {
     Settings::preset(Preset::Final)
 }
 
-/// The same layers by diffusion: the default on a GPU.
+/// The same layers by diffusion.
 pub fn last_by_diffusion() -> Settings {
     Settings::default()
 }

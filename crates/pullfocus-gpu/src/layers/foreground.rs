@@ -49,7 +49,7 @@ pub fn blur_element_over(
     Ok(())
 }
 
-/// Absolute diameters: the element's own where they can be believed, carried on from there where not.
+/// Diameters: the element's own where they can be believed, carried on from there, without their sign, where not.
 fn extend(
     work: &mut Work<'_, '_>,
     group: &Group,

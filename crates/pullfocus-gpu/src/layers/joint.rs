@@ -43,7 +43,7 @@ const MOST_OUTS: usize = 3;
 pub struct Layer {
     /// In the picture's groups: planes, then coverage.
     pub groups: Vec<Group>,
-    /// Absolute diameters.
+    /// Signed diameters.
     pub circle: wgpu::Buffer,
 }
 

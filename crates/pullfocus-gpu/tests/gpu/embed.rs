@@ -193,7 +193,7 @@ fn largest_difference(a: &[f32], b: &[f32]) -> f32 {
 
 fn every_layering() -> Vec<Settings> {
     let single = Settings { layering: Layering::Single, ..Settings::default() };
-    vec![single, Settings::preset(Preset::Preview), Settings::default()]
+    vec![single, Settings::preset(Preset::Preview), Settings::default(), Settings::preset(Preset::Final)]
 }
 
 fn context() -> Context {

@@ -7,9 +7,10 @@ mod device;
 mod embed;
 mod layers;
 mod lines;
+mod spreading;
 
 use libtest_mimic::{Arguments, Trial};
-use pullfocus_core::{Camera, Cancel, Diffusion, Plane, Report, Result, Scene, Settings};
+use pullfocus_core::{Camera, Cancel, Diffusion, Method, Plane, Report, Result, Scene, Settings};
 use pullfocus_testkit::conformance::{DiffusionSubject, Medium, RenderSubject};
 
 /// The device as a backend.
@@ -29,6 +30,10 @@ impl DiffusionSubject for Subject {
 }
 
 impl RenderSubject for Subject {
+    fn methods(&self) -> &'static [Method] {
+        &[Method::Diffusion, Method::Aperture]
+    }
+
     fn render(
         &mut self,
         scene: &mut Scene,
@@ -68,6 +73,9 @@ fn main() {
     }
     for (name, test) in lines::tests() {
         add(format!("lines::{name}"), Box::new(test));
+    }
+    for (name, test) in spreading::tests() {
+        add(format!("spreading::{name}"), Box::new(test));
     }
     let conclusion = libtest_mimic::run(&arguments, trials);
     let complaints = device::complaints();

@@ -1,10 +1,10 @@
 //! One stripe of the picture, drawn as differences and summed.
 
-use super::spans::{HALF, PHASES, ROWS, Spans};
 use super::{Call, Drawn, Level, reserve};
 use crate::spreading::at_least;
 use crate::wide;
 use pullfocus_core::Result;
+use pullfocus_core::spans::{Entry, HALF, PHASES, ROWS};
 use std::ops::Range;
 
 /// Columns that are drawn row by row before the next ones are.
@@ -218,7 +218,7 @@ impl Drawing<'_, '_> {
     /// Where the spans of rows `range` end.
     #[inline(always)]
     fn ends(
-        [small, large]: [&super::spans::Entry; 2],
+        [small, large]: [&Entry; 2],
         mix: f32,
         cx: f32,
         columns: f32,
@@ -267,13 +267,5 @@ impl Drawing<'_, '_> {
                 }
             }
         }
-    }
-}
-
-impl super::Tables {
-    /// Rows that a circle of this height in cells reaches to either side.
-    fn reach(&self, rows: f32) -> usize {
-        let of = |spans: &Spans| spans.reach(rows);
-        of(&self.behind).max(self.front.as_ref().map_or(0, of))
     }
 }

@@ -9,16 +9,14 @@
 //! A pixel whose circle lies within it is added as it is: without blur every bit stays.
 
 mod draw;
-mod spans;
 #[cfg(test)]
 mod tests;
 
 use super::Spread;
 use draw::Stripe;
-use pullfocus_core::spans::{ENLARGING, drawn_diameter, level_of};
-use pullfocus_core::{Aperture, Cancel, Error, Plane, Result, Size};
+use pullfocus_core::spans::{ENLARGING, Tables, drawn_diameter, level_of};
+use pullfocus_core::{Cancel, Error, Plane, Result, Size};
 use rayon::prelude::*;
-use spans::Spans;
 
 /// Rows of the picture in one piece of work.
 const STRIPE: usize = 64;
@@ -33,42 +31,6 @@ pub struct Shapes {
     levels: Vec<Level>,
     stripes: Vec<Stripe>,
     tables: Option<Tables>,
-}
-
-/// The tables of one aperture.
-#[derive(Debug)]
-struct Tables {
-    behind: Spans,
-    /// None for what looks the same when turned by half a turn.
-    front: Option<Spans>,
-    aperture: Aperture,
-    vertical_scale: f32,
-}
-
-impl Tables {
-    fn new(aperture: &Aperture, vertical_scale: f32) -> Result<Self> {
-        let outline = aperture.outline().ok_or(Error::Unsupported {
-            what: "an aperture given as a picture",
-            reason: "the method aperture draws discs and blades; take the method naive, or bokeh highlights",
-        })?;
-        let across = 1.0 / (f64::from(vertical_scale) * aperture.squeeze);
-        let same = outline.sides.len() % 2 == 0 || outline.sides.len() == 1;
-        Ok(Self {
-            behind: Spans::new(&outline, across),
-            front: (!same).then(|| Spans::new(&outline.turned_over(), across)),
-            aperture: aperture.clone(),
-            vertical_scale,
-        })
-    }
-
-    /// The spans of a circle of this sign.
-    #[inline(always)]
-    fn of(&self, in_front: bool) -> &Spans {
-        match &self.front {
-            Some(front) if in_front => front,
-            _ => &self.behind,
-        }
-    }
 }
 
 /// One level: its cells and [`EDGE`] more all around (none on the finest), channel after channel.
@@ -131,7 +93,7 @@ pub fn add_up(
 ) -> Result<()> {
     let Shapes { levels, stripes, tables } = shapes;
     let (aperture, scale) = (spread.aperture, spread.vertical_scale);
-    if !matches!(tables, Some(of) if of.vertical_scale == scale && of.aperture == *aperture) {
+    if !tables.as_ref().is_some_and(|tables| tables.are_of(aperture, scale)) {
         *tables = Some(Tables::new(aperture, scale)?);
     }
     let Some(tables) = tables else { return Ok(()) };

@@ -1,6 +1,9 @@
-// Absolute diameters of some layers: the picture's own where the layer is seen, its fill elsewhere.
+// Signed diameters of some layers: the picture's own where the layer is seen, elsewhere its fill, on the layer's side of focus.
 
 alias Out = f32;
+
+// Whether a layer, counted from far to near, lies in front of focus with all that it has.
+fn in_front(layer: u32) -> bool { return layer > 0u && split.cuts[split.count - 1u - layer].x <= 0.0; }
 
 @group(0) @binding(8) var<storage, read> edge: array<f32>;
 
@@ -22,7 +25,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 let fill = filled(t, layer, SHAPES).x;
                 circle = fill + (circle - fill) * own;
             }
-            put(k, at, circle);
+            let side = select(1.0, -1.0, in_front(layer));
+            put(k, at, select(circle, -circle, select(side, c, own > 0.0) < 0.0));
         }
     }
 }

@@ -1,4 +1,4 @@
-// A foreground's absolute diameters: its own where they can be believed, carried on from there where not.
+// A foreground's diameters: its own where they can be believed, carried on from there, without their sign, where not.
 
 @group(0) @binding(4) var<storage, read> cells: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> circle: array<f32>;
@@ -10,7 +10,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let c = coc[at];
     let alpha = lane_part(px_unpack(element[at]), p.alpha);
     if alpha > 0.0 && c < behind[at] {
-        circle[at] = abs(c);
+        circle[at] = c;
         return;
     }
     let t = taps(id.x, id.y, p.step, vec2u(p.grid_width, p.grid_height));
