@@ -1,6 +1,7 @@
 //! Bright light: what is taken out of a picture, and to which layers it belongs.
 
 use super::BAND;
+use super::stencils::Stencils;
 use pullfocus_core::bokeh::{Curve, brightness, trust};
 use pullfocus_core::{Bokeh, Cancel, Error, Plane, Result, Size};
 use rayon::prelude::*;
@@ -27,6 +28,8 @@ pub struct Lights {
     pub(super) factors: Vec<f32>,
     /// How much of each light belongs to each layer: as many values as there are lights, for one layer after the other.
     pub(super) shares: Vec<f32>,
+    /// Of the sizes that there have been.
+    pub(super) stencils: Stencils,
 }
 
 /// A highlight: its column, the circle of its sprite, and which part of the pixel's light it is.

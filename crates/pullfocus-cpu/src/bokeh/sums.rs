@@ -3,6 +3,8 @@
 //! A sprite writes the two ends of each of its rows, whatever its width. All values are whole multiples of one grid, so sums in
 //! f64 are exact: beyond a light of 65504 nothing of it is left, and no order matters.
 
+use super::shape::Slices;
+
 /// Differences of `G` planes over some rows of a picture.
 #[derive(Debug, Default)]
 pub struct Sums<const G: usize> {
@@ -29,6 +31,12 @@ impl Grid {
     #[inline(always)]
     pub fn on<const G: usize>(self, values: &[f64; G], factor: f64) -> [f64; G] {
         values.map(|value| (value * factor + self.round) - self.round)
+    }
+
+    /// Zero, as [`Row::covers`] counts.
+    #[inline(always)]
+    pub fn nothing<const G: usize>(self) -> [f64; G] {
+        [self.round; G]
     }
 }
 
@@ -90,6 +98,47 @@ impl<const G: usize> Row<'_, G> {
                 *cell += value;
             }
         }
+    }
+
+    /// In the columns from `x` on, `covers` times `values`. `before` is what the column before has, as [`Grid::nothing`] counts; the last
+    /// one's follows.
+    #[inline(always)]
+    pub fn covers(&mut self, grid: Grid, values: &[f64; G], x: isize, covers: &[f64], before: &mut [f64; G]) {
+        let end = x + covers.len() as isize;
+        self.uses(x, end);
+        let inside = usize::try_from(x).ok().and_then(|x| self.cells.get_mut(x..x + covers.len()));
+        if let Some(cells) = inside {
+            let mut last = *before;
+            for (cell, cover) in cells.iter_mut().zip(covers) {
+                for i in 0..G {
+                    let now = values[i] * cover + grid.round;
+                    cell[i] += now - last[i];
+                    last[i] = now;
+                }
+            }
+            *before = last;
+            return;
+        }
+        for (x, cover) in (x..end).zip(covers) {
+            let now = values.map(|value| value * cover + grid.round);
+            self.add(x, minus(now, *before));
+            *before = now;
+        }
+    }
+
+    /// The slices of a row, times `values`, about the column `x`.
+    #[inline(always)]
+    pub fn slices(&mut self, grid: Grid, values: &[f64; G], x: f64, slices: &Slices) {
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for slice in slices.all() {
+            let ([low, low_slope], [high, high_slope]) = (slice.low, slice.high);
+            from = if low - low_slope < from { low - low_slope } else { from };
+            to = if high + high_slope > to { high + high_slope } else { to };
+            for (sign, end) in [(1.0, [x + low, low_slope]), (-1.0, [x + high, high_slope])] {
+                self.end(grid, values, slice.height, sign, end);
+            }
+        }
+        self.uses((x + from).floor() as isize, (x + to).floor() as isize + 2);
     }
 
     /// From around column `place` on, `height` times `values` more: an end that slopes by `slope` to either side. Columns reach from
