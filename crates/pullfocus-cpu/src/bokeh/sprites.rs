@@ -12,6 +12,7 @@ use pullfocus_core::bokeh::{NODES, node, nodes, seen};
 use pullfocus_core::psf::diameter;
 use pullfocus_core::{ApertureShape, Cancel, Plane, Result, Size};
 use rayon::prelude::*;
+use std::sync::Mutex;
 
 /// Lights between two looks at the caller's flag: a millisecond of the largest.
 const LIGHTS: usize = 64;
@@ -241,15 +242,18 @@ impl Call<'_> {
                 band.push(rows);
             }
         }
-        bands.into_par_iter().enumerate().try_for_each_init(
-            Written::<G>::default,
-            |written, (band, planes)| {
-                let rows = band * BAND..((band + 1) * BAND).min(height);
-                let mut result = Ok(());
-                wide::run(Band { call: self, rows, planes, written, result: &mut result });
-                result
-            },
-        )
+        // Where a thread's last band has left it: no more of them than threads.
+        let spare = Mutex::new(Vec::<Written<G>>::new());
+        bands.into_par_iter().enumerate().try_for_each(|(band, planes)| {
+            let rows = band * BAND..((band + 1) * BAND).min(height);
+            let mut written = spare.lock().ok().and_then(|mut spare| spare.pop()).unwrap_or_default();
+            let mut result = Ok(());
+            wide::run(Band { call: self, rows, planes, written: &mut written, result: &mut result });
+            if let (Ok(()), Ok(mut spare)) = (&result, spare.lock()) {
+                spare.push(written);
+            }
+            result
+        })
     }
 }
 
@@ -390,11 +394,12 @@ impl<const G: usize> Band<'_, '_, G> {
         let width = self.call.lights.size.width;
         for (row, y) in self.rows.clone().enumerate() {
             let planes = &mut self.planes;
-            self.written.sums.take(row, |x, sum| {
-                let seen = seen(x, y);
-                for (plane, sum) in planes.iter_mut().zip(sum) {
-                    let value = &mut plane[row * width + x];
-                    *value = (f64::from(*value) + seen * sum) as f32;
+            self.written.sums.take(row, |from, sums| {
+                for (i, plane) in planes.iter_mut().enumerate() {
+                    let values = &mut plane[row * width + from..][..sums.len()];
+                    for (x, (value, sum)) in values.iter_mut().zip(sums).enumerate() {
+                        *value = (f64::from(*value) + seen(from + x, y) * sum[i]) as f32;
+                    }
                 }
             });
         }

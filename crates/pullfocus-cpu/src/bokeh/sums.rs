@@ -10,8 +10,18 @@ use super::shape::Slices;
 pub struct Sums<const G: usize> {
     cells: Vec<[f64; G]>,
     width: usize,
+    /// Cells from row to row.
+    stride: usize,
     /// The cells of each row that hold anything.
     used: Vec<[usize; 2]>,
+}
+
+/// Cells of `bytes` from row to row, at least `width`: a sprite's rows, one below the other, lie in different sets of a cache of 4096 bytes a way.
+fn stride(width: usize, bytes: usize) -> usize {
+    const WAY: usize = 4096;
+    const APART: usize = 320;
+    let within = width * bytes % WAY;
+    width + ((APART + WAY - within) % WAY).div_ceil(bytes)
 }
 
 /// A grid for values: `total` is at least the sum of all absolute values that meet anywhere.
@@ -45,7 +55,8 @@ impl<const G: usize> Sums<G> {
     pub fn reset(&mut self, width: usize, rows: usize) {
         if self.width != width || self.used.len() != rows {
             self.cells.clear();
-            self.cells.resize(width * rows, [0.0; G]);
+            self.stride = stride(width, size_of::<[f64; G]>());
+            self.cells.resize(self.stride * rows, [0.0; G]);
             self.used.clear();
             self.used.resize(rows, [width, 0]);
             self.width = width;
@@ -55,23 +66,24 @@ impl<const G: usize> Sums<G> {
     /// The row for writing differences.
     #[inline(always)]
     pub fn row(&mut self, row: usize) -> Row<'_, G> {
-        Row { cells: &mut self.cells[row * self.width..][..self.width], used: &mut self.used[row] }
+        Row { cells: &mut self.cells[row * self.stride..][..self.width], used: &mut self.used[row] }
     }
 
-    /// Calls `each(column, sum)` along a row wherever something was written, and empties it.
+    /// Calls `each(first column, sums)` with what was written to a row, if anything was, and empties it.
     #[inline(always)]
-    pub fn take(&mut self, row: usize, mut each: impl FnMut(usize, [f64; G])) {
+    pub fn take(&mut self, row: usize, each: impl FnOnce(usize, &[[f64; G]])) {
         let [from, to] = std::mem::replace(&mut self.used[row], [self.width, 0]);
-        let mut sum = [0.0; G];
-        for (x, cell) in
-            self.cells[row * self.width..][..self.width].iter_mut().enumerate().take(to).skip(from)
-        {
-            for (sum, cell) in sum.iter_mut().zip(&mut *cell) {
-                *sum += *cell;
-                *cell = 0.0;
-            }
-            each(x, sum);
+        if from >= to {
+            return;
         }
+        let cells = &mut self.cells[row * self.stride..][from..to];
+        let mut sum = [0.0; G];
+        for cell in &mut *cells {
+            sum.iter_mut().zip(&*cell).for_each(|(sum, cell)| *sum += cell);
+            *cell = sum;
+        }
+        each(from, cells);
+        cells.fill([0.0; G]);
     }
 }
 
@@ -110,11 +122,13 @@ impl<const G: usize> Row<'_, G> {
         if let Some(cells) = inside {
             let mut last = *before;
             for (cell, cover) in cells.iter_mut().zip(covers) {
+                // Read whole and written whole: else each plane goes by itself.
+                let (cover, mut sum) = (*cover, *cell);
+                let now = values.map(|value| value * cover + grid.round);
                 for i in 0..G {
-                    let now = values[i] * cover + grid.round;
-                    cell[i] += now - last[i];
-                    last[i] = now;
+                    sum[i] += now[i] - last[i];
                 }
+                (*cell, last) = (sum, now);
             }
             *before = last;
             return;
@@ -202,9 +216,9 @@ mod tests {
             row.end(grid, &[65504.3], 0.7, 1.0, low);
             row.end(grid, &[65504.3], 0.7, -1.0, high);
             let (mut total, mut last) = (0.0, 0.0);
-            sums.take(0, |_, [sum]| {
-                total += sum;
-                last = sum;
+            sums.take(0, |_, sums| {
+                total += sums.iter().map(|[sum]| sum).sum::<f64>();
+                last = sums.last().map_or(0.0, |[sum]| *sum);
             });
             let expected = 65504.3 * 0.7 * (high[0].min(40.0) - low[0].max(0.0));
             // The grid is 1e-10.
