@@ -1,7 +1,10 @@
 //! Bright light: what is taken out of a picture, and to which layers it belongs.
 
 use super::BAND;
+use super::stencils::Stencils;
+use crate::wide;
 use pullfocus_core::bokeh::{Curve, brightness, trust};
+use pullfocus_core::layers::general::LEADING;
 use pullfocus_core::{Bokeh, Cancel, Error, Plane, Result, Size};
 use rayon::prelude::*;
 
@@ -27,9 +30,20 @@ pub struct Lights {
     pub(super) factors: Vec<f32>,
     /// How much of each light belongs to each layer: as many values as there are lights, for one layer after the other.
     pub(super) shares: Vec<f32>,
+    /// Each row's, while they are taken out.
+    found: Vec<Row>,
+    /// Of the sizes that there have been.
+    pub(super) stencils: Stencils,
+}
+
+#[derive(Debug, Default)]
+struct Row {
+    brightness: Vec<f32>,
+    found: Vec<Found>,
 }
 
 /// A highlight: its column, the circle of its sprite, and which part of the pixel's light it is.
+#[derive(Debug)]
 struct Found {
     x: u32,
     circle: f32,
@@ -43,27 +57,46 @@ struct Bright<'a> {
     curve: Curve,
 }
 
+struct Finding<'a> {
+    picture: &'a Bright<'a>,
+    y: usize,
+    row: &'a mut Row,
+}
+
+impl wide::Work for Finding<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.picture.row(self.y, self.row);
+    }
+}
+
 impl Bright<'_> {
     #[inline(always)]
     fn at(&self, x: usize, y: usize) -> f32 {
         brightness(self.colors.iter().map(|plane| plane.at(x, y)))
     }
 
-    /// The highlights of row `y`.
-    fn row(&self, y: usize) -> Vec<Found> {
-        let mut found = Vec::new();
-        for x in 0..self.circle.size().width {
-            let brightness = self.at(x, y);
+    /// Finds the highlights of row `y`.
+    #[inline(always)]
+    fn row(&self, y: usize, row: &mut Row) {
+        row.found.clear();
+        row.brightness.clear();
+        row.brightness.resize(self.circle.size().width, 0.0);
+        for plane in self.colors.iter().take(LEADING) {
+            for (most, value) in row.brightness.iter_mut().zip(plane.row(y)) {
+                *most = brightness([*most, *value].into_iter());
+            }
+        }
+        for (x, &brightness) in row.brightness.iter().enumerate() {
             // Any circle: most pixels are not bright enough for the largest.
             if self.curve.share(brightness, f32::INFINITY) > 0.0 {
                 let circle = self.circle_of(x, y);
                 let share = self.curve.share(brightness, circle);
                 if share > 0.0 {
-                    found.push(Found { x: x as u32, circle, share });
+                    row.found.push(Found { x: x as u32, circle, share });
                 }
             }
         }
-        found
     }
 
     /// The circle of confusion of the light at a pixel; see [`trust`].
@@ -117,27 +150,31 @@ impl Lights {
     ) -> Result<()> {
         let size = circle.size();
         (self.size, self.planes) = (size, colors.len());
-        let found = {
+        self.found.resize_with(size.height, Row::default);
+        {
             let colors: Vec<&Plane> = colors.iter().map(|plane| &**plane).collect();
             let picture = Bright { colors: &colors, circle, curve: bokeh.curve(display_width) };
-            let row = |y: usize| if cancel.is_cancelled() { Vec::new() } else { picture.row(y) };
-            (0..size.height).into_par_iter().with_min_len(BAND).map(row).collect::<Vec<_>>()
-        };
+            self.found.par_iter_mut().enumerate().with_min_len(BAND).try_for_each(|(y, row)| {
+                cancel.check()?;
+                wide::run(Finding { picture: &picture, y, row });
+                Ok(())
+            })?;
+        }
         cancel.check()?;
         make(&mut self.rows, size.height + 1, size)?;
         self.reaches.clear();
-        for (y, row) in found.iter().enumerate() {
-            self.rows[y + 1] = self.rows[y] + row.len();
-            self.reaches.push(row.iter().fold(0.0, |reach, light| f32::max(reach, light.circle.abs())));
+        for (y, Row { found, .. }) in self.found.iter().enumerate() {
+            self.rows[y + 1] = self.rows[y] + found.len();
+            self.reaches.push(found.iter().fold(0.0, |reach, light| f32::max(reach, light.circle.abs())));
         }
         let count = self.rows[size.height];
         make(&mut self.columns, count, size)?;
         make(&mut self.circles, count, size)?;
         make(&mut self.colors, count * self.planes, size)?;
         let mut at = 0;
-        for (y, row) in found.iter().enumerate() {
+        for (y, Row { found, .. }) in self.found.iter().enumerate() {
             cancel.check()?;
-            for light in row {
+            for light in found {
                 let x = light.x as usize;
                 self.columns[at] = light.x;
                 self.circles[at] = light.circle;

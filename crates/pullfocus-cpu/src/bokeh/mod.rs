@@ -14,6 +14,7 @@
 mod lights;
 mod shape;
 mod sprites;
+mod stencils;
 mod sums;
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@ use crate::wide;
 use pullfocus_core::aperture::Outline;
 
 /// One side of an outline; see [`pullfocus_core::aperture::Side`].
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Rim {
     direction: [f64; 2],
     apothem: f64,
@@ -29,7 +29,7 @@ impl Cut {
 }
 
 /// A convex outline, in diameters of the circle of confusion.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     sides: Vec<Rim>,
     /// The farthest that it reaches from the middle.
@@ -38,7 +38,7 @@ pub struct Shape {
 }
 
 /// Where an outline has its top and its bottom.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
     pub top: f64,
     pub bottom: f64,
@@ -172,13 +172,19 @@ impl Shape {
         [low, high]
     }
 
+    /// Whether it is round: turned over, the same.
+    #[inline(always)]
+    pub fn is_disc(&self) -> bool {
+        self.sides.len() == 1
+    }
+
     /// The outline cut by a disc of its own reach whose centre lies at `displacement`, at most that reach away.
     pub fn cut(&self, displacement: [f64; 2]) -> Extent {
         if displacement == [0.0; 2] {
             return self.whole;
         }
         let cut = Cut { centre: displacement, radius: self.reach };
-        if self.sides.len() == 1 { lens(cut) } else { self.found(Some(cut)) }
+        if self.is_disc() { lens(cut) } else { self.found(Some(cut)) }
     }
 
     fn found(&self, cut: Option<Cut>) -> Extent {

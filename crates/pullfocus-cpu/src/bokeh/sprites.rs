@@ -2,6 +2,7 @@
 
 use super::lights::make;
 use super::shape::{Cut, Shape, Slices};
+use super::stencils::{self, Mixed, Place, Stencils};
 use super::sums::{Grid, Row, Sums};
 use super::{BAND, Lights, Look, Shown};
 use crate::spreading::footprint::Pictures;
@@ -11,6 +12,7 @@ use pullfocus_core::bokeh::{NODES, node, nodes, seen};
 use pullfocus_core::psf::diameter;
 use pullfocus_core::{ApertureShape, Cancel, Plane, Result, Size};
 use rayon::prelude::*;
+use std::sync::Mutex;
 
 /// Lights between two looks at the caller's flag: a millisecond of the largest.
 const LIGHTS: usize = 64;
@@ -29,21 +31,30 @@ impl Lights {
         if self.count() == 0 {
             return Ok(());
         }
-        let sprites = Sprites::new(look);
-        let total = self.weigh(&sprites, look, seen, cancel)?;
+        let mut sprites = Sprites::new(look, std::mem::take(&mut self.stencils));
+        let done = self.spread(colors, &mut sprites, look, seen, cancel);
+        if let Kind::Outline { stencils: Some(stencils), .. } = sprites.kind {
+            self.stencils = stencils;
+        }
+        done
+    }
+
+    fn spread(
+        &mut self,
+        colors: &mut [&mut Plane],
+        sprites: &mut Sprites,
+        look: &Look<'_>,
+        seen: Shown<'_>,
+        cancel: &Cancel,
+    ) -> Result<()> {
+        sprites.make_stencils(self, cancel)?;
+        let total = self.weigh(sprites, look, seen, cancel)?;
         if total == 0.0 {
             return Ok(());
         }
         for (group, colors) in colors.chunks_mut(4).enumerate() {
-            let call = Call {
-                lights: self,
-                sprites: &sprites,
-                look,
-                seen,
-                grid: Grid::new(total),
-                first: 4 * group,
-                cancel,
-            };
+            let call =
+                Call { lights: self, sprites, look, seen, grid: Grid::new(total), first: 4 * group, cancel };
             match colors.len() {
                 1 => call.run::<1>(colors)?,
                 2 => call.run::<2>(colors)?,
@@ -81,7 +92,7 @@ impl Lights {
                     if share == 0.0 {
                         continue;
                     }
-                    let c = diameter(circles[at], longer);
+                    let c = diameter(circles[at], longer).copysign(circles[at]);
                     if c != last {
                         (last, of_last) = (c, sprites.factor(c));
                     }
@@ -112,12 +123,16 @@ const LEAST_CUT: f64 = 1.0 / 16.0;
 
 enum Kind {
     /// Behind focus, and in front.
-    Outline(Box<[Shape; 2]>),
+    Outline {
+        shapes: Box<[Shape; 2]>,
+        /// Without a cat's eye, whose cut differs from light to light.
+        stencils: Option<Stencils>,
+    },
     Picture(Pictures),
 }
 
 impl Sprites {
-    fn new(look: &Look<'_>) -> Self {
+    fn new(look: &Look<'_>, stencils: Stencils) -> Self {
         let aperture = look.aperture;
         let cut = look.bokeh.cats_eye > 0.0;
         let point = |reach: f64, unit: [f64; 2]| {
@@ -136,7 +151,9 @@ impl Sprites {
                 let outline = outline.unwrap_or(Outline { sides: Vec::new() });
                 let shapes = [Shape::new(&outline), Shape::new(&outline.turned_over())];
                 let reach = shapes[0].reach;
-                Self { kind: Kind::Outline(Box::new(shapes)), unit, reach, point: point(reach, unit) }
+                let stencils = (!cut).then(|| stencils.of(&shapes, unit));
+                let kind = Kind::Outline { shapes: Box::new(shapes), stencils };
+                Self { kind, unit, reach, point: point(reach, unit) }
             }
         }
     }
@@ -146,13 +163,43 @@ impl Sprites {
         f64::from(diameter) < self.point
     }
 
-    /// 1 / the sum of all that a sprite covers, in pixels.
-    fn factor(&self, diameter: f32) -> f32 {
+    /// Makes the stencils that `lights` need.
+    fn make_stencils(&mut self, lights: &Lights, cancel: &Cancel) -> Result<()> {
+        let point = self.point;
+        let Kind::Outline { stencils: Some(stencils), .. } = &mut self.kind else { return Ok(()) };
+        let known = std::mem::take(stencils);
+        let longer = lights.size.width.max(lights.size.height);
+        let circles = lights.circles.iter().map(|c| diameter(*c, longer).copysign(*c));
+        let places: Vec<Place> =
+            circles.filter(|c| f64::from(c.abs()) >= point).filter_map(|c| known.place(c)).collect();
+        *stencils = known;
+        stencils.make(places.into_iter(), cancel)
+    }
+
+    /// The stencil of a signed diameter, and its place.
+    #[inline(always)]
+    fn place(&self, c: f32) -> Option<(&Stencils, Place)> {
+        match &self.kind {
+            Kind::Outline { stencils: Some(stencils), .. } if !self.is_point(c.abs()) => {
+                stencils.place(c).map(|place| (stencils, place))
+            }
+            _ => None,
+        }
+    }
+
+    /// 1 / the sum of all that a sprite of signed diameter `c` covers, in pixels.
+    fn factor(&self, c: f32) -> f32 {
+        let diameter = c.abs();
         if self.is_point(diameter) {
             return 1.0;
         }
+        if let Some((stencils, place)) = self.place(c)
+            && let Some(stencil) = stencils.at(place)
+        {
+            return (1.0 / stencil.area(place.part)) as f32;
+        }
         match &self.kind {
-            Kind::Outline(shapes) => {
+            Kind::Outline { shapes, .. } => {
                 let area = shapes[0].area(self.unit.map(|unit| unit * f64::from(diameter)));
                 (1.0 / area) as f32
             }
@@ -160,12 +207,16 @@ impl Sprites {
         }
     }
 
-    /// Rows that a sprite reaches to either side, at most.
+    /// Rows that a sprite of signed diameter `c` reaches to either side, at most.
     #[inline(always)]
-    fn rows(&self, diameter: f32) -> usize {
+    fn rows(&self, c: f32) -> usize {
+        let diameter = match self.place(c) {
+            Some((stencils, place)) => stencils.larger(place),
+            None => f64::from(c.abs()),
+        };
         match &self.kind {
-            Kind::Outline(_) => (self.reach * f64::from(diameter) * self.unit[1] + 0.5) as usize,
-            Kind::Picture(pictures) => pictures.rows(diameter),
+            Kind::Outline { .. } => (self.reach * diameter * self.unit[1] + 0.5) as usize,
+            Kind::Picture(pictures) => pictures.rows(c.abs()),
         }
     }
 }
@@ -191,22 +242,35 @@ impl Call<'_> {
                 band.push(rows);
             }
         }
-        bands.into_par_iter().enumerate().try_for_each_init(Sums::<G>::default, |sums, (band, planes)| {
+        // Where a thread's last band has left it: no more of them than threads.
+        let spare = Mutex::new(Vec::<Written<G>>::new());
+        bands.into_par_iter().enumerate().try_for_each(|(band, planes)| {
             let rows = band * BAND..((band + 1) * BAND).min(height);
+            let mut written = spare.lock().ok().and_then(|mut spare| spare.pop()).unwrap_or_default();
             let mut result = Ok(());
-            wide::run(Band { call: self, rows, planes, sums, weights: Vec::new(), result: &mut result });
+            wide::run(Band { call: self, rows, planes, written: &mut written, result: &mut result });
+            if let (Ok(()), Ok(mut spare)) = (&result, spare.lock()) {
+                spare.push(written);
+            }
             result
         })
     }
+}
+
+/// What a thread keeps from band to band.
+#[derive(Default)]
+struct Written<const G: usize> {
+    sums: Sums<G>,
+    mixed: Mixed,
+    /// A picture's row.
+    weights: Vec<f32>,
 }
 
 struct Band<'a, 'b, const G: usize> {
     call: Call<'a>,
     rows: std::ops::Range<usize>,
     planes: Vec<&'b mut [f32]>,
-    sums: &'a mut Sums<G>,
-    /// A picture's row.
-    weights: Vec<f32>,
+    written: &'a mut Written<G>,
     result: &'a mut Result<()>,
 }
 
@@ -223,7 +287,7 @@ const IN_FRONT: u32 = 0;
 impl<const G: usize> Band<'_, '_, G> {
     #[inline(always)]
     fn passes(&mut self) -> Result<()> {
-        self.sums.reset(self.call.lights.size.width, self.rows.len());
+        self.written.sums.reset(self.call.lights.size.width, self.rows.len());
         let Shown::ByCircle(own) = self.call.seen else {
             self.lights(|_| 1.0)?;
             self.give(|_, _| 1.0);
@@ -285,9 +349,10 @@ impl<const G: usize> Band<'_, '_, G> {
                 }
                 let c = lights.circles[light];
                 let size = diameter(c, longer);
-                let reach = sprites.rows(size);
+                let signed = size.copysign(c);
+                let reach = sprites.rows(signed);
                 if reach >= away {
-                    each(light, y, size.copysign(c), reach)?;
+                    each(light, y, signed, reach)?;
                 }
             }
         }
@@ -299,8 +364,7 @@ impl<const G: usize> Band<'_, '_, G> {
     fn lights(&mut self, share: impl Fn(f32) -> f32) -> Result<()> {
         let call = self.call;
         let rows = self.rows.clone();
-        let mut sums = std::mem::take(self.sums);
-        let mut weights = std::mem::take(&mut self.weights);
+        let mut written = std::mem::take(self.written);
         let done = self.visit(|light, y, c, reach| {
             let factor = call.lights.factors[light] * share(c);
             if factor == 0.0 {
@@ -317,17 +381,10 @@ impl<const G: usize> Band<'_, '_, G> {
             let from = y.saturating_sub(reach).max(rows.start);
             let to = (y + reach + 1).min(rows.end);
             let sprite = Sprite { call: &call, values, x, y, c };
-            wide::run(Writing {
-                sprite,
-                rows: from..to,
-                first: rows.start,
-                sums: &mut sums,
-                weights: &mut weights,
-            });
+            wide::run(Writing { sprite, rows: from..to, first: rows.start, written: &mut written });
             Ok(())
         });
-        *self.sums = sums;
-        self.weights = weights;
+        *self.written = written;
         done
     }
 
@@ -337,11 +394,12 @@ impl<const G: usize> Band<'_, '_, G> {
         let width = self.call.lights.size.width;
         for (row, y) in self.rows.clone().enumerate() {
             let planes = &mut self.planes;
-            self.sums.take(row, |x, sum| {
-                let seen = seen(x, y);
-                for (plane, sum) in planes.iter_mut().zip(sum) {
-                    let value = &mut plane[row * width + x];
-                    *value = (f64::from(*value) + seen * sum) as f32;
+            self.written.sums.take(row, |from, sums| {
+                for (i, plane) in planes.iter_mut().enumerate() {
+                    let values = &mut plane[row * width + from..][..sums.len()];
+                    for (x, (value, sum)) in values.iter_mut().zip(sums).enumerate() {
+                        *value = (f64::from(*value) + seen(from + x, y) * sum[i]) as f32;
+                    }
                 }
             });
         }
@@ -364,21 +422,21 @@ struct Writing<'a, const G: usize> {
     rows: std::ops::Range<usize>,
     /// The sums' first row.
     first: usize,
-    sums: &'a mut Sums<G>,
-    weights: &'a mut Vec<f32>,
+    written: &'a mut Written<G>,
 }
 
 impl<const G: usize> wide::Work for Writing<'_, G> {
     #[inline(always)]
     fn run(self) {
-        self.sprite.write(self.rows, self.first, self.sums, self.weights);
+        self.sprite.write(self.rows, self.first, self.written);
     }
 }
 
 impl<const G: usize> Sprite<'_, G> {
     /// Writes the rows `rows` of the picture; `first` is the sums' first.
     #[inline(always)]
-    fn write(&self, rows: std::ops::Range<usize>, first: usize, sums: &mut Sums<G>, weights: &mut Vec<f32>) {
+    fn write(&self, rows: std::ops::Range<usize>, first: usize, written: &mut Written<G>) {
+        let Written { sums, mixed, weights } = written;
         let Call { sprites, look, grid, .. } = *self.call;
         let diameter = self.c.abs();
         if sprites.is_point(diameter) {
@@ -387,6 +445,13 @@ impl<const G: usize> Sprite<'_, G> {
             row.uses(x, x + 2);
             row.add(x, value);
             row.add(x + 1, value.map(|value| -value));
+            return;
+        }
+        if let Some((stencils, place)) = sprites.place(self.c)
+            && let Some(stencil) = stencils.at(place)
+        {
+            let sprite = stencils::Sprite { values: &self.values, x: self.x, y: self.y, rows };
+            stencil.write(place, &sprite, grid, first, sums, mixed);
             return;
         }
         let unit = sprites.unit.map(|unit| unit * f64::from(diameter));
@@ -398,13 +463,13 @@ impl<const G: usize> Sprite<'_, G> {
             }
         };
         match &sprites.kind {
-            Kind::Outline(shapes) => {
+            Kind::Outline { shapes, .. } => {
                 let shape = &shapes[usize::from(self.c < 0.0)];
                 let extent = shape.cut(displacement);
                 let mut slices = Slices::new();
                 for y in rows {
                     shape.row(&extent, unit, y as f64 - self.y as f64, &mut slices);
-                    self.outline(&slices, &mut sums.row(y - first));
+                    sums.row(y - first).slices(grid, &self.values, self.x as f64 + 0.5, &slices);
                 }
             }
             Kind::Picture(pictures) => {
@@ -425,22 +490,6 @@ impl<const G: usize> Sprite<'_, G> {
                 }
             }
         }
-    }
-
-    #[inline(always)]
-    fn outline(&self, slices: &Slices, row: &mut Row<'_, G>) {
-        let x = self.x as f64 + 0.5;
-        let grid = self.call.grid;
-        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-        for slice in slices.all() {
-            let ([low, low_slope], [high, high_slope]) = (slice.low, slice.high);
-            from = if low - low_slope < from { low - low_slope } else { from };
-            to = if high + high_slope > to { high + high_slope } else { to };
-            for (sign, end) in [(1.0, [x + low, low_slope]), (-1.0, [x + high, high_slope])] {
-                row.end(grid, &self.values, slice.height, sign, end);
-            }
-        }
-        row.uses((x + from).floor() as isize, (x + to).floor() as isize + 2);
     }
 
     #[inline(always)]

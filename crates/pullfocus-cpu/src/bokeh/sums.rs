@@ -3,13 +3,25 @@
 //! A sprite writes the two ends of each of its rows, whatever its width. All values are whole multiples of one grid, so sums in
 //! f64 are exact: beyond a light of 65504 nothing of it is left, and no order matters.
 
+use super::shape::Slices;
+
 /// Differences of `G` planes over some rows of a picture.
 #[derive(Debug, Default)]
 pub struct Sums<const G: usize> {
     cells: Vec<[f64; G]>,
     width: usize,
+    /// Cells from row to row.
+    stride: usize,
     /// The cells of each row that hold anything.
     used: Vec<[usize; 2]>,
+}
+
+/// Cells of `bytes` from row to row, at least `width`: a sprite's rows, one below the other, lie in different sets of a cache of 4096 bytes a way.
+fn stride(width: usize, bytes: usize) -> usize {
+    const WAY: usize = 4096;
+    const APART: usize = 320;
+    let within = width * bytes % WAY;
+    width + ((APART + WAY - within) % WAY).div_ceil(bytes)
 }
 
 /// A grid for values: `total` is at least the sum of all absolute values that meet anywhere.
@@ -30,6 +42,12 @@ impl Grid {
     pub fn on<const G: usize>(self, values: &[f64; G], factor: f64) -> [f64; G] {
         values.map(|value| (value * factor + self.round) - self.round)
     }
+
+    /// Zero, as [`Row::covers`] counts.
+    #[inline(always)]
+    pub fn nothing<const G: usize>(self) -> [f64; G] {
+        [self.round; G]
+    }
 }
 
 impl<const G: usize> Sums<G> {
@@ -37,7 +55,8 @@ impl<const G: usize> Sums<G> {
     pub fn reset(&mut self, width: usize, rows: usize) {
         if self.width != width || self.used.len() != rows {
             self.cells.clear();
-            self.cells.resize(width * rows, [0.0; G]);
+            self.stride = stride(width, size_of::<[f64; G]>());
+            self.cells.resize(self.stride * rows, [0.0; G]);
             self.used.clear();
             self.used.resize(rows, [width, 0]);
             self.width = width;
@@ -47,23 +66,24 @@ impl<const G: usize> Sums<G> {
     /// The row for writing differences.
     #[inline(always)]
     pub fn row(&mut self, row: usize) -> Row<'_, G> {
-        Row { cells: &mut self.cells[row * self.width..][..self.width], used: &mut self.used[row] }
+        Row { cells: &mut self.cells[row * self.stride..][..self.width], used: &mut self.used[row] }
     }
 
-    /// Calls `each(column, sum)` along a row wherever something was written, and empties it.
+    /// Calls `each(first column, sums)` with what was written to a row, if anything was, and empties it.
     #[inline(always)]
-    pub fn take(&mut self, row: usize, mut each: impl FnMut(usize, [f64; G])) {
+    pub fn take(&mut self, row: usize, each: impl FnOnce(usize, &[[f64; G]])) {
         let [from, to] = std::mem::replace(&mut self.used[row], [self.width, 0]);
-        let mut sum = [0.0; G];
-        for (x, cell) in
-            self.cells[row * self.width..][..self.width].iter_mut().enumerate().take(to).skip(from)
-        {
-            for (sum, cell) in sum.iter_mut().zip(&mut *cell) {
-                *sum += *cell;
-                *cell = 0.0;
-            }
-            each(x, sum);
+        if from >= to {
+            return;
         }
+        let cells = &mut self.cells[row * self.stride..][from..to];
+        let mut sum = [0.0; G];
+        for cell in &mut *cells {
+            sum.iter_mut().zip(&*cell).for_each(|(sum, cell)| *sum += cell);
+            *cell = sum;
+        }
+        each(from, cells);
+        cells.fill([0.0; G]);
     }
 }
 
@@ -90,6 +110,49 @@ impl<const G: usize> Row<'_, G> {
                 *cell += value;
             }
         }
+    }
+
+    /// In the columns from `x` on, `covers` times `values`. `before` is what the column before has, as [`Grid::nothing`] counts; the last
+    /// one's follows.
+    #[inline(always)]
+    pub fn covers(&mut self, grid: Grid, values: &[f64; G], x: isize, covers: &[f64], before: &mut [f64; G]) {
+        let end = x + covers.len() as isize;
+        self.uses(x, end);
+        let inside = usize::try_from(x).ok().and_then(|x| self.cells.get_mut(x..x + covers.len()));
+        if let Some(cells) = inside {
+            let mut last = *before;
+            for (cell, cover) in cells.iter_mut().zip(covers) {
+                // Read whole and written whole: else each plane goes by itself.
+                let (cover, mut sum) = (*cover, *cell);
+                let now = values.map(|value| value * cover + grid.round);
+                for i in 0..G {
+                    sum[i] += now[i] - last[i];
+                }
+                (*cell, last) = (sum, now);
+            }
+            *before = last;
+            return;
+        }
+        for (x, cover) in (x..end).zip(covers) {
+            let now = values.map(|value| value * cover + grid.round);
+            self.add(x, minus(now, *before));
+            *before = now;
+        }
+    }
+
+    /// The slices of a row, times `values`, about the column `x`.
+    #[inline(always)]
+    pub fn slices(&mut self, grid: Grid, values: &[f64; G], x: f64, slices: &Slices) {
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for slice in slices.all() {
+            let ([low, low_slope], [high, high_slope]) = (slice.low, slice.high);
+            from = if low - low_slope < from { low - low_slope } else { from };
+            to = if high + high_slope > to { high + high_slope } else { to };
+            for (sign, end) in [(1.0, [x + low, low_slope]), (-1.0, [x + high, high_slope])] {
+                self.end(grid, values, slice.height, sign, end);
+            }
+        }
+        self.uses((x + from).floor() as isize, (x + to).floor() as isize + 2);
     }
 
     /// From around column `place` on, `height` times `values` more: an end that slopes by `slope` to either side. Columns reach from
@@ -153,9 +216,9 @@ mod tests {
             row.end(grid, &[65504.3], 0.7, 1.0, low);
             row.end(grid, &[65504.3], 0.7, -1.0, high);
             let (mut total, mut last) = (0.0, 0.0);
-            sums.take(0, |_, [sum]| {
-                total += sum;
-                last = sum;
+            sums.take(0, |_, sums| {
+                total += sums.iter().map(|[sum]| sum).sum::<f64>();
+                last = sums.last().map_or(0.0, |[sum]| *sum);
             });
             let expected = 65504.3 * 0.7 * (high[0].min(40.0) - low[0].max(0.0));
             // The grid is 1e-10.
