@@ -6,7 +6,7 @@
 //! Cuts belong where nothing is: a thing that lies across a cut turns half transparent. So the centres of the layers
 //! are found by k-means on the diameters at the picture's own depth edges (what must lie in different layers
 //! is what stands in front of each other), with a little of all pixels; each cut then goes to the emptiest
-//! place between two centres, weighed by how many edges span it. A cut may wander fast where nothing lies; where
+//! place between two centres that lie far enough apart, weighed by how many edges span it. A cut may wander fast where nothing lies; where
 //! something lies, it moves as that does.
 //!
 //! At a cut, layers overlap: in the ramp the nearer layer's coverage fades while the farther one already covers
@@ -242,7 +242,7 @@ impl Census {
             .zip(&pixels)
             .map(|(end, pixel)| end / count + ALL_PIXELS * pixel * ends_total.max(LEAST_ENDS))
             .collect();
-        let centres = centres(&smooth(&weights, WEIGHTS_DEVIATION), layers.max(1));
+        let centres = apart(centres(&smooth(&weights, WEIGHTS_DEVIATION), layers.max(1)));
 
         let mut sum = 0.0;
         let spans: Vec<f64> = self
@@ -301,6 +301,11 @@ pub const PLACE_DEVIATION: f64 = 0.06;
 /// next cut beside that thing instead of going through it.
 pub const LEAST_WINDOW: f64 = 1.0;
 
+/// Centres closer than this are one layer's: far from focus, circles up to 1.65 times as large. The light that passes beside the
+/// nearer thing is then nearly the same that misses the farther one, and one layer has that right; two count them apart, so what is filled
+/// in behind the nearer shines through its rim.
+pub const LEAST_APART: f64 = 0.5;
+
 /// How much all pixels weigh beside those at depth edges.
 pub const ALL_PIXELS: f64 = 0.1;
 /// For that, there are at least so many ends of edges for each pixel.
@@ -325,6 +330,25 @@ pub const ROUNDS: usize = 6;
 
 fn bin_centre(bin: usize) -> f64 {
     (bin as f64 + 0.5) * BIN - U_MAX
+}
+
+/// The means of centres that lie closer than [`LEAST_APART`], from near to far.
+fn apart(centres: Vec<f64>) -> Vec<f64> {
+    let mut means: Vec<f64> = Vec::with_capacity(centres.len());
+    let mut of_last = 1.0;
+    for centre in centres {
+        match means.last_mut() {
+            Some(last) if centre - *last < LEAST_APART => {
+                of_last += 1.0;
+                *last += (centre - *last) / of_last;
+            }
+            _ => {
+                means.push(centre);
+                of_last = 1.0;
+            }
+        }
+    }
+    means
 }
 
 /// One-dimensional k-means from centres spread evenly over what there is; few rounds, since each makes small changes
@@ -430,6 +454,15 @@ mod tests {
             let own = split.membership(layer, split.position(*c));
             assert!(own.seen > 0.99 && own.behind > 0.99, "{layer} {own:?} {split:?}");
         }
+    }
+
+    #[test]
+    fn things_whose_circles_are_alike_share_a_layer() {
+        let layers = |groups: &[(f32, usize)]| census(groups).split(5, 960.0).layers();
+        assert_eq!(layers(&[(30.0, 900), (36.0, 900), (40.0, 2000)]), 1);
+        assert_eq!(layers(&[(30.0, 900), (90.0, 2000)]), 2);
+        // On both sides of focus nothing is alike.
+        assert_eq!(layers(&[(-30.0, 900), (-36.0, 900), (30.0, 900)]), 2);
     }
 
     #[test]

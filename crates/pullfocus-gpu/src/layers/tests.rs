@@ -20,6 +20,7 @@ fn the_shaders_constants_are_cores() {
         ("WEIGHTS_DEVIATION", WEIGHTS_DEVIATION),
         ("PLACE_DEVIATION", PLACE_DEVIATION),
         ("LEAST_WINDOW", LEAST_WINDOW),
+        ("LEAST_APART", LEAST_APART),
         ("ALL_PIXELS", ALL_PIXELS),
         ("LEAST_ENDS", LEAST_ENDS),
         ("NO_SPANS", NO_SPANS),

@@ -8,6 +8,7 @@ const EDGE_TO: f32 = 4.0;
 const WEIGHTS_DEVIATION: f32 = 0.15;
 const PLACE_DEVIATION: f32 = 0.06;
 const LEAST_WINDOW: f32 = 1.0;
+const LEAST_APART: f32 = 0.5;
 const ALL_PIXELS: f32 = 0.1;
 const LEAST_ENDS: f32 = 0.0001;
 const NO_SPANS: f32 = 0.001;

@@ -200,6 +200,27 @@ fn main(@builtin(local_invocation_index) index: u32) {
         workgroupBarrier();
     }
 
+    // Those that lie closer than layers may are one, at their mean.
+    if index == 0u {
+        var last = 0u;
+        var of_last = 1.0;
+        for (var i = 1u; i < p.layers; i++) {
+            let centre = centres[i];
+            let away = centre - centres[last];
+            if away < LEAST_APART {
+                of_last += 1.0;
+                centres[last] += away / of_last;
+            } else {
+                last += 1u;
+                centres[last] = centre;
+                of_last = 1.0;
+            }
+        }
+        layer_now = 0u;
+        count_now = last + 1u;
+    }
+    workgroupBarrier();
+
     // Each cut lies at the emptiest place between two centres.
     let a = centres[layer];
     let b = centres[min(layer + 1u, MOST_LAYERS - 1u)];
@@ -217,14 +238,10 @@ fn main(@builtin(local_invocation_index) index: u32) {
     if index % LANES == 0u {
         cuts[layer] = vec4f(select(middle, middle + sums.y / sums.x, sums.x > 1e-12), b - a, 0.0, 0.0);
     }
-    if index == 0u {
-        layer_now = 0u;
-        count_now = p.layers;
-    }
     workgroupBarrier();
     if index == 0u {
         var before = -1e30;
-        for (var i = 0u; i + 1u < p.layers; i++) {
+        for (var i = 0u; i + 1u < count_now; i++) {
             let cut = cuts[i];
             let place = max(cut.x, before);
             before = place;
