@@ -8,8 +8,8 @@
 //! nearer covers it as it covers the layer.
 //!
 //! # Practice
-//! `lights` takes out, `sprites` brings back: `shape` cuts outlines into slices, `sums` adds them up by their ends. Rows of the
-//! result are cut into bands, each visits the lights that reach it.
+//! `lights` takes out, `sprites` brings back: `shape` cuts outlines into slices, `stencils` tables what these cover by size, `sums`
+//! adds all up by their ends. Rows of the result are cut into bands, each visits the lights that reach it.
 
 mod lights;
 mod shape;
