@@ -44,13 +44,14 @@ pub fn check(keys: &Pull, lens: &Lens, frames: &[FrameFiles]) -> Result<()> {
     Ok(())
 }
 
+/// What the keys say at a frame; nothing without a number.
+fn moment(keys: &Pull, frame: Option<i64>) -> Moment {
+    frame.map_or(Moment::default(), |frame| keys.at(frame as f64))
+}
+
 /// The lens at a frame: keys, and the options where these say nothing.
 pub fn lens_at(lens: &Lens, keys: &Pull, frame: Option<i64>) -> Lens {
-    let Some(Moment { focus_distance_m, f_stop, focal_length_mm }) =
-        frame.filter(|_| !keys.is_empty()).map(|frame| keys.at(frame as f64))
-    else {
-        return lens.clone();
-    };
+    let Moment { focus_distance_m, f_stop, focal_length_mm } = moment(keys, frame);
     Lens {
         focus_distance: focus_distance_m.map(Number).or(lens.focus_distance),
         f_stop: f_stop.map(Number).or(lens.f_stop),
@@ -61,8 +62,8 @@ pub fn lens_at(lens: &Lens, keys: &Pull, frame: Option<i64>) -> Lens {
 
 /// Says of the values that come from keys that they do.
 pub fn name_keyed(values: &mut [CameraValue], keys: &Pull, frame: Option<i64>) {
-    let Some(frame) = frame.filter(|_| !keys.is_empty()) else { return };
-    let Moment { focus_distance_m, f_stop, focal_length_mm } = keys.at(frame as f64);
+    let Moment { focus_distance_m, f_stop, focal_length_mm } = moment(keys, frame);
+    let from = frame.map_or(String::new(), |frame| format!("keys at frame {frame}"));
     for (name, keyed) in
         [("focus distance", focus_distance_m), ("f-stop", f_stop), ("focal length", focal_length_mm)]
     {
@@ -70,7 +71,7 @@ pub fn name_keyed(values: &mut [CameraValue], keys: &Pull, frame: Option<i64>) {
             values
                 .iter_mut()
                 .filter(|value| value.name == name)
-                .for_each(|value| value.from = format!("keys at frame {frame}"));
+                .for_each(|value| value.from.clone_from(&from));
         }
     }
 }

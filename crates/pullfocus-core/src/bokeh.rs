@@ -131,6 +131,12 @@ pub fn trust(part: f32) -> f32 {
     square * square * square * square
 }
 
+/// Less of a layer left by nearer ones is not made up for.
+pub const LEAST_CLEAR: f32 = 0.02;
+
+/// Diameters in pixels below which a cat's eye takes nothing away.
+pub const LEAST_CUT: f64 = 1.0 / 16.0;
+
 /// How many [`node`]s there are: up to four widths of the picture, the largest circle.
 pub const NODES: usize = 13;
 

@@ -3,13 +3,10 @@
 use super::BAND;
 use super::stencils::Stencils;
 use crate::wide;
-use pullfocus_core::bokeh::{Curve, brightness, trust};
+use pullfocus_core::bokeh::{Curve, LEAST_CLEAR, brightness, trust};
 use pullfocus_core::layers::general::LEADING;
 use pullfocus_core::{Bokeh, Cancel, Error, Plane, Result, Size};
 use rayon::prelude::*;
-
-/// Less of a layer left by nearer ones is not made up for.
-const LEAST_CLEAR: f32 = 0.02;
 
 /// The light that was taken out of a picture, in the order of its rows. Memory kept from frame to frame; some bytes for each
 /// highlight, so never more than a picture's own planes and two.

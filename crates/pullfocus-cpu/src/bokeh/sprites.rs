@@ -8,7 +8,7 @@ use super::{BAND, Lights, Look, Shown};
 use crate::spreading::footprint::Pictures;
 use crate::wide;
 use pullfocus_core::aperture::Outline;
-use pullfocus_core::bokeh::{NODES, node, nodes, seen};
+use pullfocus_core::bokeh::{LEAST_CUT, NODES, node, nodes, seen};
 use pullfocus_core::psf::diameter;
 use pullfocus_core::{ApertureShape, Cancel, Plane, Result, Size};
 use rayon::prelude::*;
@@ -117,9 +117,6 @@ struct Sprites {
     /// Diameters below this lie within their own pixel.
     point: f64,
 }
-
-/// Diameters below which a cat's eye takes nothing away.
-const LEAST_CUT: f64 = 1.0 / 16.0;
 
 enum Kind {
     /// Behind focus, and in front.

@@ -67,7 +67,7 @@ uniform! {
 }
 
 uniform! {
-    /// See `share.wgsl` and `weigh.wgsl`.
+    /// See `through.wgsl`.
     ShareParams { width: u32, tiles: u32, coverage: u32, layer: u32, first: u32 }
 }
 
@@ -282,7 +282,8 @@ impl Lights {
         for (layer, groups) in layers.iter().enumerate().rev() {
             let covering = &groups[coverage / 4];
             let params = self.share_params(layer, layers.len(), coverage);
-            let parts = [part!("bokeh/tile"), cover_part(covering), part!("bokeh/share")];
+            let parts =
+                [part!("bokeh/tile"), cover_part(covering), part!("bokeh/through"), part!("bokeh/share")];
             let buffers =
                 [&self.lights, &self.tiles, &covering.buffer, &work.range, &clear, &self.shares[layer]];
             work.recorder.run(&Spec::new(&parts, &[]), &params, &buffers, each_tile(self.size))?;
@@ -336,7 +337,7 @@ impl Lights {
         let nothing = work.recorder.memory.nothing.clone();
         let spare = work.recorder.take(Size::new(1, 1), 16)?;
         let mut parts = vec![part!("bokeh/tile"), covering.map_or(part!("layers/cover_1"), cover_part)];
-        parts.push(part!("bokeh/weigh"));
+        parts.extend([part!("bokeh/through"), part!("bokeh/weigh")]);
         let spec = Spec::new(&parts, &[("LAYERED", Constant::Flag(covering.is_some()))]);
         let buffers = [
             &self.lights,
@@ -371,5 +372,22 @@ impl Look {
     /// Pixels that look as one does at a width of 960.
     fn display_unit(&self) -> f32 {
         unit(self.display_width)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pullfocus_core::bokeh::{LEAST_CLEAR, NODES};
+
+    #[test]
+    fn the_shaders_numbers_are_cores() {
+        for (part, line) in [
+            (part!("bokeh/weigh"), format!("const LEAST_CLEAR: f32 = {LEAST_CLEAR:?};")),
+            (part!("bokeh/sprites"), format!("const LAST_NODE: f32 = {:?};", (NODES - 1) as f32)),
+            (part!("bokeh/tile"), format!("const SIDE: u32 = {SIDE}u;")),
+        ] {
+            assert!(part.text.contains(&line), "{line}");
+        }
     }
 }

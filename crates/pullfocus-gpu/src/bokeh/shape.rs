@@ -3,13 +3,12 @@
 use crate::recorder::Recorder;
 use crate::shader::{Part, part};
 use pullfocus_core::aperture::{Mask, Outline, Side};
+use pullfocus_core::bokeh::LEAST_CUT;
 use pullfocus_core::{Aperture, ApertureShape, Result};
 
 /// Steps by which tips are found, and lines by which areas are: beyond f32's sight.
 const STEPS: usize = 40;
 const LINES: usize = 4096;
-/// Diameters below which a cat's eye takes nothing away.
-const LEAST_CUT: f64 = 1.0 / 16.0;
 /// The sum of a picture's whole numbers: their differences have a sign.
 const WHOLE: f64 = 2_147_000_000.0;
 
