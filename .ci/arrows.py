@@ -16,14 +16,18 @@ ALLOWED = {
     "pullfocus": {"pullfocus-core", "pullfocus-cpu", "pullfocus-gpu"},
     "pullfocus-io": {"pullfocus-core"},
     "pullfocus-metrics": {"pullfocus-core"},
-    "pullfocus-cli": {"pullfocus", "pullfocus-core", "pullfocus-io", "pullfocus-metrics"},
+    "pullfocus-job": {"pullfocus", "pullfocus-core", "pullfocus-io"},
+    "pullfocus-view": {
+        "pullfocus", "pullfocus-core", "pullfocus-gpu", "pullfocus-io", "pullfocus-job", "pullfocus-metrics",
+    },
+    "pullfocus-cli": {"pullfocus", "pullfocus-core", "pullfocus-io", "pullfocus-job", "pullfocus-metrics", "pullfocus-view"},
     "pullfocus-testkit": {"pullfocus-core"},
     "pullfocus-bench": {
         "pullfocus", "pullfocus-core", "pullfocus-cpu", "pullfocus-gpu", "pullfocus-io", "pullfocus-metrics",
         "pullfocus-testkit",
     },
 }
-PROGRAMS = {"pullfocus-cli", "pullfocus-bench"}
+PROGRAMS = {"pullfocus-cli", "pullfocus-job", "pullfocus-view", "pullfocus-bench"}
 UNPUBLISHED = {"pullfocus-testkit", "pullfocus-bench"}
 OF_PROGRAMS = {"clap", "anyhow", "indicatif", "egui", "eframe", "tracing-subscriber"}
 

@@ -4,7 +4,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use pullfocus_cli::{camera, config, settings};
+use pullfocus_job::{camera, config, settings};
 
 fuzz_target!(|text: &str| {
     match config::parse(text) {

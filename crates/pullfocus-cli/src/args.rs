@@ -1,10 +1,10 @@
 //! The command line.
 
-use crate::config::Options;
-use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
-use crate::values::{BenchSize, DeviceChoice};
 use clap::{Args, Parser, Subcommand};
 use pullfocus_core::pull::Pull;
+use pullfocus_job::config::Options;
+use pullfocus_job::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
+use pullfocus_job::values::{BenchSize, DeviceChoice};
 use std::path::PathBuf;
 
 /// Depth of field for pictures in perfect focus: rendered frames and photographs with depth.
@@ -270,7 +270,7 @@ pub struct DemoArgs {
     pub output: PathBuf,
     /// Settings by name
     #[arg(long, value_name = "NAME", default_value = "final")]
-    pub preset: crate::options::PresetName,
+    pub preset: pullfocus_job::options::PresetName,
     /// What renders: auto, cpu, gpu, or gpu:NAME with a part of the GPU's name
     #[arg(long, value_name = "DEVICE", default_value = "auto")]
     pub device: DeviceChoice,

@@ -1,7 +1,7 @@
 //! What the user sees while the program runs: words on standard output, warnings and progress on standard error.
 
-use crate::options::Run;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pullfocus_job::options::Run;
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 

@@ -1,8 +1,8 @@
 //! What is in an OpenEXR file, in lines for people, and the command to go on with.
 
-use crate::storage::{COC_ATTRIBUTE, COC_CHANNEL};
 use pullfocus_io::exr::{Contents, DepthContents, PartContents, WindowContents};
 use pullfocus_io::{Found, FoundCamera};
+use pullfocus_job::storage::{COC_ATTRIBUTE, COC_CHANNEL};
 use std::path::Path;
 
 /// The lines.

@@ -4,15 +4,15 @@
 //! are in memory, one in each place. Frames stay in order. What waits for files, and what a format does in one go,
 //! happens on the threads of reading and writing; all that is done in parallel runs on the rayon pool.
 
-use crate::failure::Result;
-use crate::frames::FrameFiles;
-use crate::job::Job;
-use crate::load::{self, LoadedFrame};
 use crate::report::{FrameReport, Outcome};
-use crate::storage::Loaded;
 use pullfocus::Renderer;
 use pullfocus_core::{Camera, Cancel, Frame, Picture, Plane, Scene};
 use pullfocus_io::output::Need;
+use pullfocus_job::failure::Result;
+use pullfocus_job::frames::FrameFiles;
+use pullfocus_job::job::Job;
+use pullfocus_job::load::{self, LoadedFrame};
+use pullfocus_job::storage::Loaded;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};

@@ -1,9 +1,9 @@
 //! What a run tells machines: one JSON document on standard output.
 
-use crate::camera::CameraValue;
 use crate::console::{milliseconds, print_line};
-use crate::failure::{Failure, Result};
 use pullfocus_core::Report;
+use pullfocus_job::camera::CameraValue;
+use pullfocus_job::failure::{Failure, Result};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Duration;

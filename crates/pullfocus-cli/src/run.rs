@@ -2,9 +2,9 @@
 
 use crate::args::{Cli, Command};
 use crate::commands;
-use crate::failure::Result;
 use clap::{CommandFactory, Parser};
 use pullfocus_core::Cancel;
+use pullfocus_job::failure::Result;
 use std::io::Write;
 use std::process::ExitCode;
 

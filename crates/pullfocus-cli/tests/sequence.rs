@@ -3,14 +3,14 @@
 mod common;
 
 use common::{Folder, ok, pullfocus, refused};
-use pullfocus_cli::config::Options;
-use pullfocus_cli::failure::{Failure, Result};
-use pullfocus_cli::frames::FrameFiles;
-use pullfocus_cli::job::Job;
-use pullfocus_cli::load::LoadedFrame;
 use pullfocus_cli::overlap::{self, Arrival, Made};
-use pullfocus_cli::purpose::Purpose;
 use pullfocus_core::Cancel;
+use pullfocus_job::config::Options;
+use pullfocus_job::failure::{Failure, Result};
+use pullfocus_job::frames::FrameFiles;
+use pullfocus_job::job::Job;
+use pullfocus_job::load::LoadedFrame;
+use pullfocus_job::purpose::Purpose;
 use std::fs;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -165,7 +165,7 @@ fn job(folder: &Folder, count: usize) -> Job {
         folder.path("in.##.exr"),
         folder.path("out.##.exr")
     );
-    let options: Options = pullfocus_cli::config::parse(&text).unwrap();
+    let options: Options = pullfocus_job::config::parse(&text).unwrap();
     Job::new(&options, Purpose::Render).unwrap()
 }
 

@@ -2,15 +2,15 @@
 
 use crate::args::BenchArgs;
 use crate::console::print_line;
-use crate::failure::{Failure, Result};
-use crate::threads::in_pool;
-use crate::values::BenchSize;
 use pullfocus::Renderer;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
     Cancel, Diffusion, Distance, Element, Frame, Integrator, Layering, Method, Picture, Plane, Preset, Scene,
     Settings, Size,
 };
+use pullfocus_job::failure::{Failure, Result};
+use pullfocus_job::threads::in_pool;
+use pullfocus_job::values::BenchSize;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 

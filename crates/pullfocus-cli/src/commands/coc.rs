@@ -2,17 +2,17 @@
 
 use crate::args::CocArgs;
 use crate::commands::render::run_options;
-use crate::draw::Canvas;
-use crate::failure::{Failure, Result};
-use crate::frames::FrameFiles;
-use crate::job::Job;
-use crate::load::LoadedFrame;
 use crate::overlap::Made;
-use crate::purpose::Purpose;
 use crate::report::Document;
-use crate::storage;
 use pullfocus::Renderer;
 use pullfocus_core::{Cancel, Plane};
+use pullfocus_job::draw::Canvas;
+use pullfocus_job::failure::{Failure, Result};
+use pullfocus_job::frames::FrameFiles;
+use pullfocus_job::job::Job;
+use pullfocus_job::load::LoadedFrame;
+use pullfocus_job::purpose::Purpose;
+use pullfocus_job::storage;
 
 /// Runs `coc`.
 ///

@@ -2,14 +2,14 @@
 
 use crate::args::CompareArgs;
 use crate::console::print_line;
-use crate::draw::Canvas;
-use crate::failure::{Failure, Result};
 use crate::report;
-use crate::storage;
 use anyhow::Context;
 use pullfocus_core::Size;
 use pullfocus_io::Limits;
 use pullfocus_io::output::{Existing, check_target};
+use pullfocus_job::draw::Canvas;
+use pullfocus_job::failure::{Failure, Result};
+use pullfocus_job::storage;
 use serde::Serialize;
 use std::path::Path;
 

@@ -1,23 +1,23 @@
 //! `pullfocus demo`: a shipped frame at three focus distances and two f-stops, and one sheet to look at.
 
 use crate::args::DemoArgs;
-use crate::camera;
-use crate::config::Options;
 use crate::console::{milliseconds, print_line, seconds};
-use crate::draw::Canvas;
-use crate::failure::Result;
-use crate::job::Job;
-use crate::load::{self, LoadedFrame};
-use crate::options::{Blur, Files, Lens};
-use crate::purpose::Purpose;
 use crate::report::{Document, FrameReport};
-use crate::storage;
-use crate::threads::in_pool;
-use crate::values::Number;
 use anyhow::Context;
 use pullfocus::Renderer;
 use pullfocus_core::{Cancel, Distance, Picture, Plane, Scene};
 use pullfocus_io::output::Existing;
+use pullfocus_job::camera;
+use pullfocus_job::config::Options;
+use pullfocus_job::draw::Canvas;
+use pullfocus_job::failure::Result;
+use pullfocus_job::job::Job;
+use pullfocus_job::load::{self, LoadedFrame};
+use pullfocus_job::options::{Blur, Files, Lens};
+use pullfocus_job::purpose::Purpose;
+use pullfocus_job::storage;
+use pullfocus_job::threads::in_pool;
+use pullfocus_job::values::Number;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;

@@ -2,9 +2,9 @@
 
 use crate::args::DevicesArgs;
 use crate::console::print_line;
-use crate::failure::Result;
 use crate::report;
 use pullfocus::{DeviceInfo, DeviceKind, devices};
+use pullfocus_job::failure::Result;
 use serde::Serialize;
 
 #[derive(Debug, Serialize)]

@@ -3,10 +3,10 @@
 use crate::args::InspectArgs;
 use crate::console::print_line;
 use crate::describe;
-use crate::failure::{Failure, Result};
 use crate::report;
-use crate::storage::{self, Inspected};
 use pullfocus_io::Limits;
+use pullfocus_job::failure::{Failure, Result};
+use pullfocus_job::storage::{self, Inspected};
 use serde::Serialize;
 use std::path::Path;
 

@@ -2,21 +2,21 @@
 //! `render` and `coc` share: a run over all frames, and what is told of it.
 
 use crate::args::RenderArgs;
-use crate::config::Options;
 use crate::console::{Console, milliseconds, seconds};
-use crate::failure::{Failure, Result};
-use crate::frames::FrameFiles;
-use crate::job::Job;
-use crate::load::LoadedFrame;
 use crate::overlap::{self, Arrival, Compute, Made};
-use crate::purpose::Purpose;
 use crate::report::{Document, FrameReport, Outcome};
-use crate::storage;
-use crate::threads::start_pool;
 use pullfocus::Renderer;
 use pullfocus_core::{Cancel, Error};
 use pullfocus_io::FileError;
 use pullfocus_io::output::{STALE_AFTER, clean_leftovers};
+use pullfocus_job::config::Options;
+use pullfocus_job::failure::{Failure, Result};
+use pullfocus_job::frames::FrameFiles;
+use pullfocus_job::job::Job;
+use pullfocus_job::load::LoadedFrame;
+use pullfocus_job::purpose::Purpose;
+use pullfocus_job::storage;
+use pullfocus_job::threads::start_pool;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Instant;
