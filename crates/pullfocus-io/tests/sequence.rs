@@ -34,7 +34,7 @@ impl Folder {
         let request = Request {
             inputs: inputs.iter().map(|name| self.path(name)).collect(),
             companions: companions.iter().map(|&(what, name)| (what, self.path(name))).collect(),
-            output: self.path(output),
+            output: Some(self.path(output)),
             frames: frames.map(|text| text.parse().unwrap()),
         };
         plan(&request).map_err(|error| error.to_string())

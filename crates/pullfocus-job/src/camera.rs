@@ -6,13 +6,13 @@ use crate::values::Number;
 use pullfocus_core::{Camera, Lens};
 use serde::Serialize;
 
-/// A value that a file holds, and the name of the attribute.
+/// A value that a file holds, and where.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attribute {
     /// In the unit of the field that it stands in.
     pub value: f64,
-    /// The attribute's name.
-    pub name: String,
+    /// Where it comes from: "attribute focus", "assumed".
+    pub from: String,
 }
 
 /// What a file says about its camera.
@@ -28,6 +28,41 @@ pub struct FileCamera {
     pub sensor_width: Option<Attribute>,
     /// Degrees.
     pub fov_x: Option<Attribute>,
+}
+
+impl FileCamera {
+    /// What to begin with where nobody says what the lens was: 50 mm at f/2.8 on 36 mm, focused at 3 m.
+    pub fn assumed() -> Self {
+        let assume = |value| Some(Attribute { value, from: "assumed".into() });
+        Self {
+            focus_distance: assume(3.0),
+            f_stop: assume(2.8),
+            focal_length: assume(50.0),
+            sensor_width: assume(36.0),
+            fov_x: None,
+        }
+    }
+
+    /// Fills what is missing from `other`. Beside a field of view one more length is enough, and the sensor is taken.
+    pub fn fill(&mut self, other: &Self, fov_given: bool) {
+        let fill = |slot: &mut Option<Attribute>, from: &Option<Attribute>| {
+            if slot.is_none() {
+                slot.clone_from(from);
+            }
+        };
+        fill(&mut self.focus_distance, &other.focus_distance);
+        fill(&mut self.f_stop, &other.f_stop);
+        let by_angle = (self.fov_x.is_some() || fov_given)
+            && !(self.focal_length.is_some() && self.sensor_width.is_some());
+        if by_angle {
+            if self.focal_length.is_none() {
+                fill(&mut self.sensor_width, &other.sensor_width);
+            }
+        } else {
+            fill(&mut self.focal_length, &other.focal_length);
+            fill(&mut self.sensor_width, &other.sensor_width);
+        }
+    }
 }
 
 /// One value of the camera, and where it came from.
@@ -80,9 +115,7 @@ impl Slot<'_> {
     fn get(&self) -> Option<CameraValue> {
         match (self.given, self.found) {
             (Some(given), _) => Some(value(self.name, given, self.unit, self.flag)),
-            (None, Some(found)) => {
-                Some(value(self.name, found.value, self.unit, format!("attribute {}", found.name)))
-            }
+            (None, Some(found)) => Some(value(self.name, found.value, self.unit, found.from.clone())),
             (None, None) => None,
         }
     }
@@ -276,7 +309,7 @@ mod tests {
     }
 
     fn attribute(value: f64, name: &str) -> Option<Attribute> {
-        Some(Attribute { value, name: name.into() })
+        Some(Attribute { value, from: format!("attribute {name}") })
     }
 
     #[test]
@@ -363,6 +396,26 @@ mod tests {
                 .to_string()
                 .contains("--sensor-width")
         );
+    }
+
+    #[test]
+    fn what_nobody_says_can_be_assumed() {
+        let resolved = |mut file: FileCamera, text: &str| {
+            file.fill(&FileCamera::assumed(), lens(text).fov_x.is_some());
+            resolve(&lens(text), &file, "a.exr").unwrap()
+        };
+        let nothing = resolved(FileCamera::default(), "focus-distance = 2").camera;
+        assert_eq!(
+            nothing.lens(),
+            Lens::Physical { focal_length_mm: 50.0, f_stop: 2.8, sensor_width_mm: 36.0 }
+        );
+        assert_eq!(nothing.focus_distance_m(), 2.0);
+        // A field of view that is known stays: the sensor alone is assumed beside it.
+        let fov = FileCamera { fov_x: attribute(30.0, "fov"), ..FileCamera::default() };
+        for camera in [resolved(fov, ""), resolved(FileCamera::default(), "fov-x = 30")] {
+            let Lens::Ideal { fov_x_degrees, .. } = camera.camera.lens() else { panic!("an ideal lens") };
+            assert_eq!(fov_x_degrees, 30.0);
+        }
     }
 
     #[test]

@@ -81,13 +81,14 @@ impl FrameFiles {
 /// [`Failure::Usage`] for names that do not go together, [`Failure::Failed`] for files that are not there.
 pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
     let files = &options.files;
-    let Some(output) = &files.output else {
+    if files.output.is_none() && purpose != Purpose::View {
         return Err(Failure::usage(
             "no output was named; add -o OUT (its ending says the format: .exr, .png, ...)",
         ));
-    };
+    }
+    let output = files.output.clone().filter(|_| purpose != Purpose::View);
     let inputs = files.input.clone().unwrap_or_default();
-    let layers = if purpose == Purpose::Render { (&files.foreground, &files.behind) } else { (&None, &None) };
+    let layers = if purpose == Purpose::Coc { (&None, &None) } else { (&files.foreground, &files.behind) };
     let (main, has_input) = match (inputs.is_empty(), layers.1) {
         (false, _) => (inputs, true),
         (true, Some(behind)) => (vec![behind.clone()], false),
@@ -107,9 +108,10 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
         Some(frames) => Some(frames.0.parse::<Frames>()?),
         None => None,
     };
-    let request = Request { inputs: main, companions, output: output.clone(), frames };
+    let request = Request { inputs: main, companions, output, frames };
     let planned = planned(&request)?;
-    let previews = match &options.blur.preview_png {
+    let preview = options.blur.preview_png.as_ref().filter(|_| purpose != Purpose::View);
+    let previews = match preview {
         Some(preview) => Some(planned_previews(&request, preview)?),
         None => None,
     };
@@ -154,7 +156,7 @@ fn resolved(path: &Path) -> PathBuf {
 }
 
 fn planned_previews(request: &Request, preview: &Path) -> Result<Vec<PathBuf>> {
-    let request = Request { output: preview.to_owned(), ..request.clone() };
+    let request = Request { output: Some(preview.to_owned()), ..request.clone() };
     Ok(planned(&request)?.into_iter().map(|frame| frame.output).collect())
 }
 

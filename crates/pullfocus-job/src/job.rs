@@ -1,6 +1,6 @@
 //! A job: options that were found to make sense together, before any picture is read.
 
-use crate::camera;
+use crate::camera::{self, FileCamera};
 use crate::config::Options;
 use crate::failure::{Failure, Result};
 use crate::frames::{self, FrameFiles};
@@ -24,6 +24,8 @@ pub struct Job {
     pub frames: Vec<FrameFiles>,
     /// The lens as far as the user gave it.
     pub lens: Lens,
+    /// What the lens is where neither the user nor the file says.
+    pub fallback: FileCamera,
     /// Where the lens moves.
     pub keys: Pull,
     /// How depth is read, as far as the user said.
@@ -87,17 +89,17 @@ impl Job {
             }
         }
         match (purpose, &files.foreground, &files.behind) {
-            (Purpose::Render, Some(_), None) => {
+            (Purpose::Render | Purpose::View, Some(_), None) => {
                 return Err(Failure::usage(
                     "--foreground needs --behind FILE, what is behind it; if IN shows only that, give it as --behind",
                 ));
             }
-            (Purpose::Render, None, Some(_)) => {
+            (Purpose::Render | Purpose::View, None, Some(_)) => {
                 return Err(Failure::usage(
                     "--behind needs --foreground FILE, the near objects that lie over it",
                 ));
             }
-            (Purpose::Render, Some(_), Some(_)) if files.depth_file.is_some() => {
+            (Purpose::Render | Purpose::View, Some(_), Some(_)) if files.depth_file.is_some() => {
                 return Err(Failure::usage(
                     "--depth-file is the depth of IN; --foreground and --behind bring their own in their files",
                 ));
@@ -129,8 +131,11 @@ impl Job {
             BitsName::Float => Bits::Float,
         });
         let frames = frames::find(options, purpose)?;
-        shot::check(keys, lens, &frames)?;
-        for frame in &frames {
+        if purpose != Purpose::View {
+            // A pull that is being made may not fit yet.
+            shot::check(keys, lens, &frames)?;
+        }
+        for frame in frames.iter().filter(|_| purpose != Purpose::View) {
             storage::check_output(&frame.output, bits)?;
             if let Some(preview) = &frame.preview_png {
                 storage::check_preview(preview)?;
@@ -139,6 +144,7 @@ impl Job {
         Ok(Self {
             frames,
             lens: lens.clone(),
+            fallback: FileCamera::default(),
             keys: keys.clone(),
             decoding,
             unit_given: depth.depth_unit.is_some(),
@@ -159,7 +165,7 @@ impl Job {
                 Some(StorageName::F32) | None => Storage::Full,
             },
             device: match purpose {
-                Purpose::Render => blur.device.clone().unwrap_or_default().0,
+                Purpose::Render | Purpose::View => blur.device.clone().unwrap_or_default().0,
                 // Circles are the CPU's work alone.
                 Purpose::Coc => Device::Cpu,
             },

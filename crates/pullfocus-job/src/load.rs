@@ -20,6 +20,8 @@ pub struct LoadedFrame {
     pub target: Loaded,
     /// The camera; none where circles of confusion were given.
     pub camera: Option<Resolved>,
+    /// What the file says about its camera, and the job's fallback where it says nothing.
+    pub found: FileCamera,
     /// What `distance` was read from, for people.
     pub distance: String,
     /// Names of the planes that are blurred.
@@ -29,7 +31,9 @@ pub struct LoadedFrame {
 }
 
 fn attribute(found: &Option<Found>) -> Option<Attribute> {
-    found.as_ref().map(|found| Attribute { value: found.value, name: found.attribute.clone() })
+    found
+        .as_ref()
+        .map(|found| Attribute { value: found.value, from: format!("attribute {}", found.attribute) })
 }
 
 fn file_camera(found: &FoundCamera) -> FileCamera {
@@ -103,7 +107,7 @@ fn load_single(
     let (name, frame) = (input.display().to_string(), loaded.frame);
     let channels = loaded.channel_names();
     let picture = std::mem::take(&mut loaded.picture);
-    let (camera, decoding) = resolve(job, &loaded.camera, (&name, files.number), &frame)?;
+    let Lensed { camera, decoding, found } = resolve(job, &loaded.camera, (&name, files.number), &frame)?;
     let text = format!("{} of {}", distance.0.name, distance.1.display());
     if camera.is_some() {
         note_nothing(&distance.0, distance.1, decoding, warnings);
@@ -113,6 +117,7 @@ fn load_single(
         scene: Scene::new(frame, base),
         target: loaded,
         camera,
+        found,
         distance: text,
         channels,
         warnings: Vec::new(),
@@ -148,7 +153,8 @@ fn load_layers(
     for other in [&far.camera, &near.camera] {
         fill(&mut found, other);
     }
-    let (camera, decoding) = resolve(job, &found, (&main.display().to_string(), files.number), &frame)?;
+    let main_name = main.display().to_string();
+    let Lensed { camera, decoding, found } = resolve(job, &found, (&main_name, files.number), &frame)?;
 
     let channels = target.as_ref().unwrap_or(&far).channel_names();
     let text = format!("{} of {}", far.distance_name(), behind.display());
@@ -193,6 +199,7 @@ fn load_layers(
         scene: Scene { frame, base, foreground: Some(near_element) },
         target,
         camera,
+        found,
         distance: text,
         channels,
         warnings: Vec::new(),
@@ -265,15 +272,22 @@ fn note_camera(loaded: &Loaded, warnings: &mut Vec<String>) {
     warnings.extend(loaded.camera.notes.iter().map(|note| format!("{}: {note}", loaded.path.display())));
 }
 
+/// What a frame's camera came to.
+struct Lensed {
+    camera: Option<Resolved>,
+    decoding: DepthDecoding,
+    found: FileCamera,
+}
+
 /// The camera, and how depth is read; no camera where circles of confusion are given.
 fn resolve(
     job: &Job,
     found: &FoundCamera,
     (name, number): (&str, Option<i64>),
     frame: &Frame,
-) -> Result<(Option<Resolved>, DepthDecoding)> {
+) -> Result<Lensed> {
     if job.selection.coc_channel.is_some() {
-        return Ok((None, job.decoding));
+        return Ok(Lensed { camera: None, decoding: job.decoding, found: FileCamera::default() });
     }
     let mut found = found.clone();
     // A screen window wider than its default 1 was set by a renderer: it is the field of view.
@@ -282,10 +296,12 @@ fn resolve(
         found.fov_x_degrees = Some(Found { value: degrees, attribute: "screenWindowWidth".into() });
     }
     let lens = shot::lens_at(&job.lens, &job.keys, number);
-    let mut resolved = camera::resolve(&lens, &file_camera(&found), name)?;
+    let mut from_file = file_camera(&found);
+    from_file.fill(&job.fallback, lens.fov_x.is_some());
+    let mut resolved = camera::resolve(&lens, &from_file, name)?;
     shot::name_keyed(&mut resolved.values, &job.keys, number);
     let decoding = decoding(job, &found, &mut resolved.values);
-    Ok((Some(resolved), decoding))
+    Ok(Lensed { camera: Some(resolved), decoding, found: from_file })
 }
 
 fn fill(found: &mut FoundCamera, other: &FoundCamera) {

@@ -7,6 +7,8 @@ pub enum Purpose {
     Render,
     /// `coc`.
     Coc,
+    /// `view`: outputs need not be named yet.
+    View,
 }
 
 impl Purpose {
@@ -15,6 +17,7 @@ impl Purpose {
         match self {
             Self::Render => "render",
             Self::Coc => "coc",
+            Self::View => "view",
         }
     }
 }

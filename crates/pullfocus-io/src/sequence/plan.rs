@@ -14,8 +14,9 @@ pub struct Request {
     /// Files that go beside each input, with what they are called in messages ("foreground"): a pattern takes
     /// the frame's number, a file is the same for all frames.
     pub companions: Vec<(&'static str, PathBuf)>,
-    /// A pattern, a file (for one input), or a folder, where each output gets its input's name.
-    pub output: PathBuf,
+    /// A pattern, a file (for one input), or a folder, where each output gets its input's name; none where nothing is
+    /// written.
+    pub output: Option<PathBuf>,
     /// Which frames of a pattern; all that exist if nothing is said.
     pub frames: Option<Frames>,
 }
@@ -29,7 +30,7 @@ pub struct FrameFiles {
     pub input: PathBuf,
     /// In the order of [`Request::companions`].
     pub companions: Vec<PathBuf>,
-    /// The result.
+    /// The result; empty where nothing is written.
     pub output: PathBuf,
 }
 
@@ -67,8 +68,10 @@ pub fn plan(request: &Request) -> FileResult<Vec<FrameFiles>> {
     for (what, path) in &request.companions {
         add_companion(&mut frames, what, path)?;
     }
-    name_outputs(&mut frames, &request.output)?;
-    refuse_collisions(&frames)?;
+    if let Some(output) = &request.output {
+        name_outputs(&mut frames, output)?;
+        refuse_collisions(&frames)?;
+    }
     Ok(frames)
 }
 

@@ -1,0 +1,221 @@
+//! What is open: the frames that options name, and one of them in memory as a [`Plate`].
+
+use crate::histogram::Histogram;
+use crate::proxy;
+use pullfocus_core::{Cancel, DepthKind, Distance, Plane, Scene, Size};
+use pullfocus_job::camera::FileCamera;
+use pullfocus_job::config::Options;
+use pullfocus_job::failure::{Failure, Result};
+use pullfocus_job::frames::FrameFiles;
+use pullfocus_job::job::Job;
+use pullfocus_job::load;
+use pullfocus_job::purpose::Purpose;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Frames that can be looked at.
+#[derive(Debug)]
+pub struct Clip {
+    job: Job,
+    /// What it goes by in the window's title.
+    pub name: String,
+}
+
+impl Clip {
+    /// The frames that the options name. Nothing is read yet but names.
+    ///
+    /// # Errors
+    /// [`Failure`]: options that do not go together, files that are not there.
+    pub fn open(options: &Options) -> Result<Self> {
+        // How the picture is blurred is not what is opened: a lens that is wrong now can be set right in the window.
+        let options = Options { lens: Default::default(), keys: Default::default(), ..options.clone() };
+        let mut job = Job::new(&options, Purpose::View)?;
+        job.fallback = FileCamera::assumed();
+        let named = options.files.input.as_ref().and_then(|inputs| inputs.first()).or(options.files.behind.as_ref());
+        let name = named.map_or_else(String::new, |path| file_name(path));
+        Ok(Self { job, name })
+    }
+
+    /// How many frames there are; at least one.
+    pub fn len(&self) -> usize {
+        self.job.frames.len()
+    }
+
+    /// Whether there is none, which cannot be.
+    pub fn is_empty(&self) -> bool {
+        self.job.frames.is_empty()
+    }
+
+    /// The files of a frame.
+    pub fn files(&self, index: usize) -> Option<&FrameFiles> {
+        self.job.frames.get(index)
+    }
+
+    /// The number of a frame: its own, or its place from 1 where its name has none.
+    pub fn number(&self, index: usize) -> i64 {
+        self.files(index).and_then(|files| files.number).unwrap_or(index as i64 + 1)
+    }
+
+    /// The frame whose number is nearest.
+    pub fn nearest(&self, number: f64) -> usize {
+        let distance = |index: &usize| (self.number(*index) as f64 - number).abs();
+        (0..self.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+    }
+
+    /// Reads a frame.
+    ///
+    /// # Errors
+    /// [`Failure`] in one sentence.
+    pub fn read(&self, index: usize, cancel: &Cancel) -> Result<Plate> {
+        let files = self.files(index).ok_or_else(|| Failure::failed(format!("there is no frame {index}")))?;
+        let loaded = load::load(&self.job, files, cancel)?;
+        let mut warnings = self.job.warnings.clone();
+        warnings.extend(loaded.warnings);
+        let half_width = loaded.camera.as_ref().map(|resolved| resolved.camera.half_width_tangent());
+        Plate::new(files, (loaded.scene, half_width), (loaded.found, loaded.distance), warnings)
+    }
+}
+
+/// The last part of a path.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+/// A frame in memory.
+#[derive(Debug)]
+pub struct Plate {
+    /// Its number in the sequence, where it has one.
+    pub number: Option<i64>,
+    /// The file that it goes by.
+    pub path: PathBuf,
+    /// Colour and depth, in perfect focus.
+    pub scene: Scene,
+    /// What the file says about the camera.
+    pub found: FileCamera,
+    /// What its distance was read from.
+    pub distance: String,
+    /// Planar depth in metres, infinity where nothing is; or circles of confusion, where these were given. The
+    /// foreground's where that covers the picture.
+    pub depth: Plane,
+    /// Whether [`Plate::depth`] holds circles of confusion.
+    pub has_coc: bool,
+    /// How much of the picture is how far away.
+    pub histogram: Histogram,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    proxies: Mutex<Vec<(usize, Arc<Scene>)>>,
+}
+
+impl Plate {
+    fn new(
+        files: &FrameFiles,
+        (scene, half_width): (Scene, Option<f64>),
+        (found, distance): (FileCamera, String),
+        warnings: Vec<String>,
+    ) -> Result<Self> {
+        let mut depth = metres(&scene, &scene.base.distance, half_width)?;
+        if let Some(near) = &scene.foreground {
+            let over = metres(&scene, &near.distance, half_width)?;
+            if let Some(alpha) = &near.picture.alpha {
+                let covers = alpha.data().iter().zip(over.data());
+                for (depth, (&alpha, &over)) in depth.data_mut().iter_mut().zip(covers) {
+                    if alpha >= 0.5 {
+                        *depth = over;
+                    }
+                }
+            }
+        }
+        let has_coc = matches!(scene.base.distance, Distance::Coc(_));
+        let histogram = if has_coc { Histogram::default() } else { Histogram::of(&depth) };
+        Ok(Self {
+            number: files.number,
+            path: PathBuf::from(files.name()),
+            scene,
+            found,
+            distance,
+            depth,
+            has_coc,
+            histogram,
+            warnings,
+            proxies: Mutex::default(),
+        })
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> Size {
+        self.scene.frame.data.size
+    }
+
+    /// Bytes of memory, proxies left out.
+    pub fn bytes(&self) -> usize {
+        let elements = std::iter::once(&self.scene.base).chain(&self.scene.foreground);
+        let planes: usize = elements.map(|element| element.picture.planes().count() + 1).sum();
+        (planes + 1) * self.size().area() * size_of::<f32>()
+    }
+
+    /// The picture reduced to one pixel in `n` along each axis; kept for the next call.
+    ///
+    /// # Errors
+    /// [`pullfocus_core::Error::OutOfMemory`].
+    pub fn proxy(&self, n: usize) -> pullfocus_core::Result<Arc<Scene>> {
+        let mut proxies = self.proxies.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, scene)) = proxies.iter().find(|(known, _)| *known == n) {
+            return Ok(Arc::clone(scene));
+        }
+        let scene = Arc::new(proxy::reduced(&self.scene, n)?);
+        // The two last asked for: a size to drag with, and the one before it.
+        if proxies.len() >= 2 {
+            proxies.remove(0);
+        }
+        proxies.push((n, Arc::clone(&scene)));
+        Ok(scene)
+    }
+
+    /// Planar depth in metres at a pixel; none outside, where nothing is, and where circles of confusion were given.
+    pub fn depth_at(&self, x: usize, y: usize) -> Option<f64> {
+        let size = self.size();
+        if self.has_coc || x >= size.width || y >= size.height {
+            return None;
+        }
+        Some(f64::from(self.depth.at(x, y))).filter(|depth| depth.is_finite())
+    }
+
+    /// The depth to focus on where a user points: of the pixels around, the one nearest to the middle of them in depth, so
+    /// that an anti-aliased edge or a hole of one pixel is not focused on.
+    pub fn depth_to_focus(&self, x: usize, y: usize) -> Option<f64> {
+        let around = (-1i64..=1).flat_map(|dy| (-1i64..=1).map(move |dx| (dx, dy)));
+        let mut depths: Vec<f64> = around
+            .filter_map(|(dx, dy)| {
+                let at = |at: usize, by: i64| usize::try_from(at as i64 + by).ok();
+                self.depth_at(at(x, dx)?, at(y, dy)?)
+            })
+            .collect();
+        depths.sort_by(f64::total_cmp);
+        depths.get(depths.len() / 2).copied()
+    }
+}
+
+/// Distance as planar metres; circles of confusion as they are.
+fn metres(scene: &Scene, distance: &Distance, half_width: Option<f64>) -> pullfocus_core::Result<Plane> {
+    let Distance::Depth { plane, decoding } = distance else { return copy(distance.plane()) };
+    // Along a ray means nothing without an angle; a lens is always resolved where depth is.
+    let half_width = half_width.unwrap_or(0.5);
+    let planar = decoding.kind != DepthKind::Ray;
+    let mut out = Plane::filled(plane.size(), 0.0)?;
+    for y in 0..plane.size().height {
+        for (x, (out, &value)) in out.row_mut(y).iter_mut().zip(plane.row(y)).enumerate() {
+            *out = if planar {
+                decoding.to_metres(value, || [0.0, 0.0])
+            } else {
+                decoding.metres_at(&scene.frame, half_width, value, x, y)
+            } as f32;
+        }
+    }
+    Ok(out)
+}
+
+fn copy(plane: &Plane) -> pullfocus_core::Result<Plane> {
+    let mut out = Plane::filled(plane.size(), 0.0)?;
+    out.data_mut().copy_from_slice(plane.data());
+    Ok(out)
+}
