@@ -31,7 +31,8 @@ impl Clip {
         let options = Options { lens: Default::default(), keys: Default::default(), ..options.clone() };
         let mut job = Job::new(&options, Purpose::View)?;
         job.fallback = FileCamera::assumed();
-        let named = options.files.input.as_ref().and_then(|inputs| inputs.first()).or(options.files.behind.as_ref());
+        let named =
+            options.files.input.as_ref().and_then(|inputs| inputs.first()).or(options.files.behind.as_ref());
         let name = named.map_or_else(String::new, |path| file_name(path));
         Ok(Self { job, name })
     }

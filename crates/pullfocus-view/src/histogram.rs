@@ -56,10 +56,14 @@ mod tests {
 
     #[test]
     fn every_pixel_is_counted_once() {
-        let depth = Plane::from_fn(Size::new(100, 2), |x, y| {
-            if y == 0 && x < 10 { f32::INFINITY } else { 1.0 + x as f32 }
-        })
-        .unwrap();
+        let depth =
+            Plane::from_fn(
+                Size::new(100, 2),
+                |x, y| {
+                    if y == 0 && x < 10 { f32::INFINITY } else { 1.0 + x as f32 }
+                },
+            )
+            .unwrap();
         let histogram = Histogram::of(&depth);
         assert_eq!(histogram.nothing, 10);
         assert_eq!(histogram.bars.iter().sum::<u32>(), 190);

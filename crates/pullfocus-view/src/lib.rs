@@ -1,1 +1,8 @@
-//! The interactive program of pullfocus.
+//! The interactive program of pullfocus: a director of photography chooses focus and f-stop on the picture and pulls focus through a
+//! shot.
+
+pub mod clip;
+pub mod engine;
+pub mod histogram;
+pub mod proxy;
+pub mod screen;

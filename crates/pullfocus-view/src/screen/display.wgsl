@@ -14,6 +14,7 @@ struct Params {
     transform: u32,
     overlay: f32,
     kinds: vec2u,
+    pad: vec2u,
     // A depth's circle of confusion: at infinity, pixels times metres, factor in front, factor behind.
     formula: vec4f,
     // Largest diameter; near and far end of what stays sharp, and whether there is such a range.

@@ -1,0 +1,83 @@
+//! Rendering on the processor, at fewer pixels where it must be quick.
+
+use super::Take;
+use super::worker::Made;
+use crate::clip::Plate;
+use crate::screen;
+use eframe::wgpu;
+use pullfocus_core::{Cancel, CocSettings, Layering, Method, Result, Settings};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A picture within this time feels like the hand's own movement.
+const SOON: Duration = Duration::from_millis(80);
+/// What a pixel costs before any was measured.
+const FIRST_GUESS: Duration = Duration::from_nanos(900);
+/// Pictures are not made smaller than one pixel in so many.
+const LARGEST_REDUCTION: usize = 16;
+
+pub struct CpuBlur {
+    renderer: pullfocus::Renderer,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    /// Nanoseconds a pixel, of the ways to render that were used.
+    costs: Vec<((Method, Layering, bool), f64)>,
+}
+
+fn way(settings: &Settings) -> (Method, Layering, bool) {
+    (settings.method, settings.layering, settings.bokeh.is_some())
+}
+
+impl CpuBlur {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let renderer = pullfocus::Renderer::new();
+        Self { renderer, device: device.clone(), queue: queue.clone(), costs: Vec::new() }
+    }
+
+    /// How far the picture must be reduced to come soon; 1 if it need not be.
+    pub fn reduction(&self, plate: &Plate, take: &Take) -> usize {
+        let way = way(&take.settings);
+        let known = self.costs.iter().find(|(known, _)| *known == way).map(|(_, cost)| *cost);
+        let cost = known.unwrap_or(FIRST_GUESS.as_nanos() as f64);
+        let pixels = plate.size().area() as f64;
+        let reduction = (pixels * cost / SOON.as_nanos() as f64).sqrt().ceil();
+        (reduction.max(1.0) as usize).min(LARGEST_REDUCTION)
+    }
+
+    pub fn render(
+        &mut self,
+        plate: &Arc<Plate>,
+        take: &Take,
+        reduced: usize,
+        cancel: &Cancel,
+    ) -> Result<Made> {
+        let mut scene = if reduced > 1 { (*plate.proxy(reduced)?).clone() } else { plate.scene.clone() };
+        // No more than three colours are looked at.
+        scene.base.picture.colors.truncate(3);
+        if let Some(near) = &mut scene.foreground {
+            near.picture.colors.truncate(3);
+        }
+        let settings = at_size(&take.settings, reduced);
+        let start = Instant::now();
+        let report = self.renderer.render(&mut scene, take.camera.as_ref(), &settings, cancel)?;
+        self.learn(&take.settings, start.elapsed(), scene.frame.data.size.area());
+        let texture = screen::from_picture(&self.device, &self.queue, &scene.base.picture)?;
+        Ok(Made { texture, reduced, report })
+    }
+
+    fn learn(&mut self, settings: &Settings, time: Duration, pixels: usize) {
+        let (way, cost) = (way(settings), time.as_nanos() as f64 / pixels.max(1) as f64);
+        match self.costs.iter_mut().find(|(known, _)| *known == way) {
+            // One slow picture, while something else computes, is not the rule.
+            Some((_, known)) => *known = 0.7 * *known + 0.3 * cost,
+            None => self.costs.push((way, cost)),
+        }
+    }
+}
+
+/// The settings for a picture of fewer pixels: what is in pixels becomes less.
+fn at_size(settings: &Settings, reduced: usize) -> Settings {
+    let coc = &settings.coc;
+    let max_px = coc.max_px.map(|max| max / reduced as f64);
+    Settings { coc: CocSettings { max_px, ..coc.clone() }, ..settings.clone() }
+}

@@ -1,0 +1,250 @@
+//! Rendering beside the window: one thread that always works on what was asked for last.
+
+mod compare;
+mod cpu;
+mod gpu;
+mod worker;
+
+pub use compare::{Comparison, Reference};
+
+use crate::clip::Plate;
+use crate::screen::Texture;
+use eframe::{egui, egui_wgpu, wgpu};
+use pullfocus_core::{Camera, Report, Settings};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// A lens and how its blur is made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Take {
+    /// The lens; none where circles of confusion are given.
+    pub camera: Option<Camera>,
+    /// The settings.
+    pub settings: Settings,
+}
+
+/// What is to be on the screen.
+#[derive(Debug, Clone)]
+pub struct Ask {
+    /// The frame.
+    pub plate: Arc<Plate>,
+    /// The takes A and B, as far as they are looked at.
+    pub takes: [Option<Take>; 2],
+    /// Whether something moves right now, so that a picture soon is better than a fine one.
+    pub hurry: bool,
+    /// What take A is compared with.
+    pub reference: Option<Arc<Reference>>,
+}
+
+impl Ask {
+    fn same(&self, other: &Self) -> bool {
+        let same_reference = match (&self.reference, &other.reference) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (None, None) => true,
+            _ => false,
+        };
+        Arc::ptr_eq(&self.plate, &other.plate)
+            && self.takes == other.takes
+            && self.hurry == other.hurry
+            && same_reference
+    }
+}
+
+/// A rendered picture.
+#[derive(Debug, Clone)]
+pub struct Shown {
+    /// The frame.
+    pub plate: Arc<Plate>,
+    /// What was rendered.
+    pub take: Take,
+    /// The picture.
+    pub texture: Texture,
+    /// One pixel stands for so many along each axis.
+    pub reduced: usize,
+    /// Stages and counts.
+    pub report: Report,
+    /// From the beginning to the end.
+    pub time: Duration,
+    /// The device's name.
+    pub device: String,
+}
+
+impl Shown {
+    fn is_of(&self, plate: &Arc<Plate>, take: &Take) -> bool {
+        Arc::ptr_eq(&self.plate, plate) && self.take == *take
+    }
+}
+
+/// A pixel of a rendered picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// Take A or B.
+    pub side: usize,
+    /// Column and row in the whole picture.
+    pub at: [usize; 2],
+}
+
+/// What there is to see.
+#[derive(Debug, Default)]
+pub struct State {
+    /// The takes A and B.
+    pub shown: [Option<Arc<Shown>>; 2],
+    /// Why there is none, in one sentence.
+    pub fault: Option<String>,
+    /// Why the CPU did it although there is a GPU.
+    pub note: Option<String>,
+    /// Whether something is under way.
+    pub busy: bool,
+    /// Take A beside the reference.
+    pub comparison: Option<Arc<Comparison>>,
+    /// The pixel last asked for, and its colour.
+    pub probed: Option<(Probe, [f32; 4])>,
+    /// Set when the device is gone.
+    pub lost: Option<String>,
+    /// How many pictures were rendered.
+    pub count: u64,
+}
+
+#[derive(Debug, Default)]
+struct Inbox {
+    ask: Option<Ask>,
+    serial: u64,
+    probe: Option<Probe>,
+    /// A comparison was finished; maybe another is due.
+    quit: bool,
+}
+
+struct Shared {
+    inbox: Mutex<Inbox>,
+    wake: Condvar,
+    state: Mutex<State>,
+    /// Ends what is under way.
+    cancel: pullfocus_core::Cancel,
+    ctx: egui::Context,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // A thread that panicked has left whole values: each is assigned in one go.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What renders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Choice {
+    /// The window's own device, if it is a GPU; else the CPU.
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// The window's own device, whatever it is.
+    Gpu,
+}
+
+/// The renderer beside the window.
+pub struct Engine {
+    shared: Arc<Shared>,
+    worker: Option<JoinHandle<()>>,
+    /// What renders, for people.
+    pub device_text: String,
+    /// Whether pictures are rendered on the window's device.
+    pub on_gpu: bool,
+}
+
+impl Engine {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The system's, if there is no thread to be had.
+    pub fn start(
+        ctx: &egui::Context,
+        render_state: &egui_wgpu::RenderState,
+        choice: Choice,
+    ) -> std::io::Result<Self> {
+        let info = render_state.adapter.get_info();
+        let real = info.device_type != wgpu::DeviceType::Cpu && info.backend != wgpu::Backend::Gl;
+        let usable = gpu::is_usable(&render_state.device);
+        let on_gpu = usable
+            && match choice {
+                Choice::Auto => real,
+                Choice::Cpu => false,
+                Choice::Gpu => true,
+            };
+        let device_text = if on_gpu {
+            format!("{} ({:?})", info.name, info.backend)
+        } else if choice == Choice::Cpu {
+            "CPU".to_owned()
+        } else {
+            format!("CPU: {} is no GPU to compute on", info.name)
+        };
+        let shared = Arc::new(Shared {
+            inbox: Mutex::default(),
+            wake: Condvar::new(),
+            state: Mutex::default(),
+            cancel: pullfocus_core::Cancel::new(),
+            ctx: ctx.clone(),
+        });
+        let lost = Arc::clone(&shared);
+        render_state.device.set_device_lost_callback(move |reason, text| {
+            // The program's own end is no loss.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                lock(&lost.state).lost = Some(text);
+                lost.ctx.request_repaint();
+            }
+        });
+        let blur =
+            worker::Worker::new(&shared, (&render_state.device, &render_state.queue), on_gpu, &info.name);
+        let worker = std::thread::Builder::new().name("render".into()).spawn(move || blur.run())?;
+        Ok(Self { shared, worker: Some(worker), device_text, on_gpu })
+    }
+
+    /// Asks for pictures. Asking for the same again is free.
+    pub fn ask(&self, ask: Ask) {
+        let mut inbox = lock(&self.shared.inbox);
+        if inbox.ask.as_ref().is_some_and(|last| last.same(&ask)) {
+            return;
+        }
+        inbox.ask = Some(ask);
+        inbox.serial += 1;
+        // What is under way is of yesterday.
+        self.shared.cancel.cancel();
+        lock(&self.shared.state).busy = true;
+        self.shared.wake.notify_one();
+    }
+
+    /// Forgets everything that was asked for and shown.
+    pub fn clear(&self) {
+        let mut inbox = lock(&self.shared.inbox);
+        inbox.ask = None;
+        inbox.serial += 1;
+        self.shared.cancel.cancel();
+        let mut state = lock(&self.shared.state);
+        *state = State { lost: state.lost.take(), count: state.count, ..State::default() };
+        self.shared.wake.notify_one();
+    }
+
+    /// Asks for the colour of a rendered pixel.
+    pub fn probe(&self, probe: Probe) {
+        let mut inbox = lock(&self.shared.inbox);
+        if inbox.probe.as_ref() != Some(&probe) {
+            inbox.probe = Some(probe);
+            self.shared.wake.notify_one();
+        }
+    }
+
+    /// What there is to see now.
+    pub fn state(&self) -> MutexGuard<'_, State> {
+        lock(&self.shared.state)
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        lock(&self.shared.inbox).quit = true;
+        self.shared.cancel.cancel();
+        self.shared.wake.notify_one();
+        if let Some(worker) = self.worker.take() {
+            // Its own faults are told already.
+            let _ = worker.join();
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! The render thread.
+
+use super::compare::{self, Comparison};
+use super::cpu::CpuBlur;
+use super::gpu::GpuBlur;
+use super::{Ask, Inbox, Probe, Shared, Shown, Take, lock};
+use crate::clip::Plate;
+use crate::screen::Texture;
+use eframe::wgpu;
+use pullfocus_core::{Error, Report};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What a device makes of a take.
+pub struct Made {
+    pub texture: Texture,
+    pub reduced: usize,
+    pub report: Report,
+}
+
+pub struct Worker {
+    shared: Arc<Shared>,
+    gpu: Option<GpuBlur>,
+    gpu_name: String,
+    cpu: CpuBlur,
+    device: (wgpu::Device, wgpu::Queue),
+    serial: u64,
+}
+
+/// Whether another device may do what this one could not.
+fn is_devices(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::DeviceLimit { .. }
+            | Error::OutOfMemory { .. }
+            | Error::DeviceLost { .. }
+            | Error::Unsupported { .. }
+    )
+}
+
+impl Worker {
+    pub fn new(
+        shared: &Arc<Shared>,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        on_gpu: bool,
+        gpu_name: &str,
+    ) -> Self {
+        Self {
+            shared: Arc::clone(shared),
+            gpu: on_gpu.then(|| GpuBlur::new(device, queue)),
+            gpu_name: gpu_name.to_owned(),
+            cpu: CpuBlur::new(device, queue),
+            device: (device.clone(), queue.clone()),
+            serial: 0,
+        }
+    }
+
+    pub fn run(mut self) {
+        loop {
+            let shared = Arc::clone(&self.shared);
+            let mut inbox = lock(&shared.inbox);
+            while !inbox.quit && inbox.probe.is_none() && inbox.serial == self.serial {
+                inbox = shared.wake.wait(inbox).unwrap_or_else(std::sync::PoisonError::into_inner);
+            }
+            if inbox.quit {
+                return;
+            }
+            let probe = inbox.probe.take();
+            let ask = (inbox.serial != self.serial).then(|| inbox.ask.clone());
+            self.serial = inbox.serial;
+            if ask.is_some() {
+                shared.cancel.reset();
+            }
+            drop(inbox);
+            if let Some(ask) = ask {
+                if let Some(ask) = ask {
+                    self.answer(&ask);
+                }
+                let mut state = lock(&shared.state);
+                state.busy = !self.is_current();
+            }
+            if let Some(probe) = probe {
+                self.look_at(probe);
+            }
+            shared.ctx.request_repaint();
+        }
+    }
+
+    /// Whether nothing newer was asked for.
+    fn is_current(&self) -> bool {
+        let Inbox { serial, quit, .. } = *lock(&self.shared.inbox);
+        serial == self.serial && !quit
+    }
+
+    fn answer(&mut self, ask: &Ask) {
+        lock(&self.shared.state).fault = None;
+        // First a picture soon, then a fine one.
+        for fine in [false, true] {
+            for side in 0..ask.takes.len() {
+                let Some(take) = &ask.takes[side] else {
+                    lock(&self.shared.state).shown[side] = None;
+                    continue;
+                };
+                if !self.side(ask, side, take, fine) {
+                    return;
+                }
+            }
+            if ask.hurry {
+                return;
+            }
+        }
+        self.compare(ask);
+    }
+
+    /// Renders one side; false if the rest is not worth doing.
+    fn side(&mut self, ask: &Ask, side: usize, take: &Take, fine: bool) -> bool {
+        let known = lock(&self.shared.state).shown[side].clone();
+        let known = known.filter(|known| known.is_of(&ask.plate, take));
+        let reduced = if fine || self.on_gpu(take) { 1 } else { self.cpu.reduction(&ask.plate, take) };
+        if known.is_some_and(|known| known.reduced <= reduced) {
+            return true;
+        }
+        let start = Instant::now();
+        match self.render(&ask.plate, take, reduced) {
+            Ok((made, device)) => {
+                let Made { texture, reduced, report } = made;
+                let shown = Shown {
+                    plate: Arc::clone(&ask.plate),
+                    take: take.clone(),
+                    texture,
+                    reduced,
+                    report,
+                    time: start.elapsed(),
+                    device,
+                };
+                let mut state = lock(&self.shared.state);
+                state.shown[side] = Some(Arc::new(shown));
+                state.count += 1;
+            }
+            Err(Error::Cancelled) => return false,
+            Err(error) => {
+                lock(&self.shared.state).fault = Some(error.to_string());
+                return false;
+            }
+        }
+        self.shared.ctx.request_repaint();
+        self.is_current()
+    }
+
+    fn on_gpu(&self, take: &Take) -> bool {
+        self.gpu.is_some() && take.settings.method.expect_on_gpu().is_ok()
+    }
+
+    fn render(&mut self, plate: &Arc<Plate>, take: &Take, reduced: usize) -> Result<(Made, String), Error> {
+        let mut note = None;
+        if let Some(gpu) = &mut self.gpu {
+            match gpu.render(plate, take) {
+                Ok(made) => {
+                    lock(&self.shared.state).note = None;
+                    return Ok((made, self.gpu_name.clone()));
+                }
+                Err(error) if is_devices(&error) => {
+                    note = Some(format!("on the CPU, not on {}: {error}", self.gpu_name));
+                    if matches!(error, Error::DeviceLost { .. }) {
+                        self.gpu = None;
+                    }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        lock(&self.shared.state).note = note;
+        // What is shown soon is finished even if something newer was asked for: while a hand moves, something newer always
+        // was, and nothing would ever be seen.
+        let never = pullfocus_core::Cancel::new();
+        let cancel = if reduced > 1 { &never } else { &self.shared.cancel };
+        Ok((self.cpu.render(plate, take, reduced, cancel)?, "CPU".into()))
+    }
+
+    fn look_at(&self, probe: Probe) {
+        let shown = lock(&self.shared.state).shown[probe.side.min(1)].clone();
+        let Some(shown) = shown else { return };
+        let (full, size) = (shown.plate.size(), shown.texture.size);
+        let at = |at: usize, full: usize, size: usize| (at * size / full.max(1)).min(size.saturating_sub(1));
+        let place = [at(probe.at[0], full.width, size.width), at(probe.at[1], full.height, size.height)];
+        match compare::texels(&self.device.0, &self.device.1, &shown.texture, place, [1, 1]) {
+            Ok(texels) => lock(&self.shared.state).probed = Some((probe, texels[0])),
+            Err(error) => tracing::debug!(%error, "a pixel could not be read"),
+        }
+    }
+
+    /// Begins to compare take A with the reference, beside this thread.
+    fn compare(&self, ask: &Ask) {
+        let shared = Arc::clone(&self.shared);
+        let shown = lock(&shared.state).shown[0].clone();
+        let (Some(reference), Some(shown)) = (&ask.reference, shown) else {
+            lock(&shared.state).comparison = None;
+            return;
+        };
+        let known = lock(&shared.state).comparison.clone();
+        if known.is_some_and(|known| known.is_of(reference, &shown)) {
+            return;
+        }
+        let (reference, (device, queue)) = (Arc::clone(reference), self.device.clone());
+        // A few tenths of a second: it is not worth stopping, and its result is dropped where it comes late.
+        let work = move || {
+            let comparison = Comparison::new(&device, &queue, &reference, &shown);
+            let mut state = lock(&shared.state);
+            if state.shown[0].as_ref().is_some_and(|now| Arc::ptr_eq(now, &shown)) {
+                match comparison {
+                    Ok(comparison) => state.comparison = Some(Arc::new(comparison)),
+                    Err(sentence) => state.fault = Some(sentence),
+                }
+            }
+            drop(state);
+            shared.ctx.request_repaint();
+        };
+        if let Err(error) = std::thread::Builder::new().name("compare".into()).spawn(work) {
+            lock(&self.shared.state).fault = Some(format!("no thread to compare on: {error}"));
+        }
+    }
+}
