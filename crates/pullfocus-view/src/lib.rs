@@ -2,7 +2,10 @@
 //! shot.
 
 pub mod clip;
+pub mod document;
 pub mod engine;
 pub mod histogram;
+pub mod loader;
+pub mod opening;
 pub mod proxy;
 pub mod screen;

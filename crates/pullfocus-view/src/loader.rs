@@ -1,0 +1,246 @@
+//! Reading beside the window: files are opened and frames are read by a thread of their own, and kept while there is room.
+
+use crate::clip::{Clip, Plate};
+use eframe::egui;
+use pullfocus_core::{Cancel, Error};
+use pullfocus_io::FileError;
+use pullfocus_job::config::Options;
+use pullfocus_job::failure::Failure;
+use std::collections::HashMap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+/// Frames kept, in bytes.
+const ROOM: usize = 2 << 30;
+
+/// What there is.
+#[derive(Debug, Default)]
+pub struct Shelf {
+    /// What is open.
+    pub clip: Option<Arc<Clip>>,
+    /// The options that it was opened with; taken by whoever shows it first.
+    pub opened: Option<Options>,
+    /// Frames in memory, the last used last.
+    plates: Vec<(usize, Arc<Plate>)>,
+    /// Frames that cannot be read, and why.
+    pub faults: HashMap<usize, String>,
+    /// What could not be opened, in one sentence.
+    pub fault: Option<String>,
+    /// What is being read.
+    pub reading: Option<String>,
+}
+
+impl Shelf {
+    /// A frame, if it is there.
+    pub fn plate(&self, index: usize) -> Option<Arc<Plate>> {
+        self.plates.iter().find(|(known, _)| *known == index).map(|(_, plate)| Arc::clone(plate))
+    }
+
+    /// Whether a frame is there.
+    pub fn has(&self, index: usize) -> bool {
+        self.plates.iter().any(|(known, _)| *known == index)
+    }
+
+    fn keep(&mut self, index: usize, plate: Arc<Plate>) {
+        self.plates.retain(|(known, _)| *known != index);
+        self.plates.push((index, plate));
+        let bytes =
+            |plates: &[(usize, Arc<Plate>)]| plates.iter().map(|(_, plate)| plate.bytes()).sum::<usize>();
+        while self.plates.len() > 1 && bytes(&self.plates) > ROOM {
+            self.plates.remove(0);
+        }
+    }
+}
+
+#[derive(Default)]
+struct Inbox {
+    open: Option<Options>,
+    /// Frames to have, the most urgent first.
+    wanted: Vec<usize>,
+    quit: bool,
+}
+
+struct Shared {
+    inbox: Mutex<Inbox>,
+    wake: Condvar,
+    shelf: Mutex<Shelf>,
+    cancel: Mutex<Cancel>,
+    ctx: egui::Context,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The thread that reads.
+pub struct Loader {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Loader {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The system's, if there is no thread to be had.
+    pub fn start(ctx: &egui::Context) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared {
+            inbox: Mutex::default(),
+            wake: Condvar::new(),
+            shelf: Mutex::default(),
+            cancel: Mutex::default(),
+            ctx: ctx.clone(),
+        });
+        let theirs = Arc::clone(&shared);
+        let thread = std::thread::Builder::new().name("read".into()).spawn(move || run(&theirs))?;
+        Ok(Self { shared, thread: Some(thread) })
+    }
+
+    /// Opens files in the place of what is open. What is open stays until that has worked.
+    pub fn open(&self, options: Options) {
+        lock(&self.shared.cancel).cancel();
+        let mut inbox = lock(&self.shared.inbox);
+        inbox.open = Some(options);
+        inbox.wanted.clear();
+        lock(&self.shared.shelf).fault = None;
+        self.shared.wake.notify_one();
+    }
+
+    /// Frames to have, the most urgent first.
+    pub fn want(&self, frames: Vec<usize>) {
+        let mut inbox = lock(&self.shared.inbox);
+        if inbox.open.is_none() && inbox.wanted != frames {
+            inbox.wanted = frames;
+            self.shared.wake.notify_one();
+        }
+    }
+
+    /// Stops what is being read.
+    pub fn cancel(&self) {
+        let mut inbox = lock(&self.shared.inbox);
+        inbox.open = None;
+        inbox.wanted.clear();
+        lock(&self.shared.cancel).cancel();
+    }
+
+    /// What there is now.
+    pub fn shelf(&self) -> MutexGuard<'_, Shelf> {
+        lock(&self.shared.shelf)
+    }
+
+    /// Whether there is nothing left to do.
+    pub fn is_idle(&self) -> bool {
+        let inbox = lock(&self.shared.inbox);
+        let shelf = lock(&self.shared.shelf);
+        inbox.open.is_none()
+            && shelf.reading.is_none()
+            && inbox.wanted.iter().all(|&index| shelf.has(index) || shelf.faults.contains_key(&index))
+    }
+}
+
+impl Drop for Loader {
+    fn drop(&mut self) {
+        lock(&self.shared.inbox).quit = true;
+        lock(&self.shared.cancel).cancel();
+        self.shared.wake.notify_one();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+enum Task {
+    Open(Box<Options>),
+    Read(Arc<Clip>, usize),
+}
+
+fn next(inbox: &mut Inbox, shelf: &Shelf) -> Option<Task> {
+    if let Some(options) = inbox.open.take() {
+        return Some(Task::Open(Box::new(options)));
+    }
+    let clip = shelf.clip.as_ref()?;
+    let missing = |index: &&usize| !shelf.has(**index) && !shelf.faults.contains_key(*index);
+    inbox.wanted.iter().find(missing).map(|&index| Task::Read(Arc::clone(clip), index))
+}
+
+fn run(shared: &Shared) {
+    loop {
+        let (task, cancel) = {
+            let mut inbox = lock(&shared.inbox);
+            loop {
+                if inbox.quit {
+                    return;
+                }
+                let mut shelf = lock(&shared.shelf);
+                if let Some(task) = next(&mut inbox, &shelf) {
+                    shelf.reading = Some(match &task {
+                        Task::Open(options) => name_of(options),
+                        Task::Read(clip, index) => {
+                            clip.files(*index).map_or_else(String::new, |files| files.name())
+                        }
+                    });
+                    let cancel = Cancel::new();
+                    *lock(&shared.cancel) = cancel.clone();
+                    break (task, cancel);
+                }
+                shelf.reading = None;
+                drop(shelf);
+                shared.ctx.request_repaint();
+                inbox = shared.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
+            }
+        };
+        shared.ctx.request_repaint();
+        match task {
+            Task::Open(options) => open(shared, *options, &cancel),
+            Task::Read(clip, index) => {
+                let read = clip.read(index, &cancel);
+                let mut shelf = lock(&shared.shelf);
+                // Something else may have been opened meanwhile.
+                if shelf.clip.as_ref().is_some_and(|now| Arc::ptr_eq(now, &clip)) {
+                    match read {
+                        Ok(plate) => shelf.keep(index, Arc::new(plate)),
+                        Err(failure) if is_cancelled(&failure) => {}
+                        Err(failure) => {
+                            shelf.faults.insert(index, failure.to_string());
+                        }
+                    }
+                }
+            }
+        }
+        lock(&shared.shelf).reading = None;
+        shared.ctx.request_repaint();
+    }
+}
+
+/// Opens a clip with its first frame; only where both work does it take the place of what was open.
+fn open(shared: &Shared, options: Options, cancel: &Cancel) {
+    let opened = Clip::open(&options).and_then(|clip| {
+        let plate = clip.read(0, cancel)?;
+        Ok((clip, plate))
+    });
+    let mut shelf = lock(&shared.shelf);
+    match opened {
+        Ok((clip, plate)) => {
+            *shelf = Shelf { clip: Some(Arc::new(clip)), opened: Some(options), ..Shelf::default() };
+            shelf.keep(0, Arc::new(plate));
+        }
+        Err(failure) if is_cancelled(&failure) => {}
+        Err(failure) => shelf.fault = Some(failure.to_string()),
+    }
+}
+
+fn name_of(options: &Options) -> String {
+    let first = options.files.input.as_ref().and_then(|inputs| inputs.first());
+    first.or(options.files.behind.as_ref()).map_or_else(String::new, |path| path.display().to_string())
+}
+
+fn is_cancelled(failure: &Failure) -> bool {
+    match failure {
+        Failure::Stopped(_) => true,
+        Failure::Usage(_) => false,
+        Failure::Failed(error) => error.chain().any(|cause| {
+            matches!(cause.downcast_ref(), Some(Error::Cancelled))
+                || matches!(cause.downcast_ref(), Some(FileError::Core(Error::Cancelled)))
+        }),
+    }
+}
