@@ -9,3 +9,7 @@ pub mod loader;
 pub mod opening;
 pub mod proxy;
 pub mod screen;
+mod export;
+pub mod look;
+pub mod session;
+pub mod ui;

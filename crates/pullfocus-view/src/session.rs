@@ -1,0 +1,89 @@
+//! What comes back when the program is started again: recent files, the last shot, how it was looked at.
+
+use crate::look::Look;
+use pullfocus_io::output::{Existing, PendingFile};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// How many recent files are remembered.
+const MOST_RECENT: usize = 12;
+/// A session holds a few lines; a file of more bytes is none.
+const LARGEST_BYTES: u64 = 1 << 20;
+
+/// What is remembered.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub struct Session {
+    /// Files that were opened, the last one first.
+    pub recent: Vec<PathBuf>,
+    /// The shot that was open, as a settings file's text.
+    pub shot: Option<String>,
+    /// The file that the shot was saved in, if it was.
+    pub shot_path: Option<PathBuf>,
+    /// The frame that was looked at.
+    pub frame: i64,
+    /// Dark or light, as the system has it if not given.
+    pub dark: Option<bool>,
+    /// How it was looked at.
+    pub look: Look,
+}
+
+impl Session {
+    /// Where the system keeps such files for this program.
+    pub fn usual_path() -> Option<PathBuf> {
+        Some(directories::ProjectDirs::from("", "", "pullfocus")?.config_dir().join("view.toml"))
+    }
+
+    /// What was remembered; an empty one where there is none or it cannot be read, which is no reason not to start.
+    pub fn read(path: &Path) -> Self {
+        let small = std::fs::metadata(path).is_ok_and(|data| data.len() <= LARGEST_BYTES);
+        let text = if small { std::fs::read_to_string(path).ok() } else { None };
+        text.and_then(|text| toml::from_str(&text).ok()).unwrap_or_default()
+    }
+
+    /// Remembers.
+    ///
+    /// # Errors
+    /// One sentence; the old session then stands as it was.
+    pub fn write(&self, path: &Path) -> Result<(), String> {
+        let told = |error: &dyn std::fmt::Display| format!("{}: the session cannot be kept: {error}", path.display());
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| told(&error))?;
+        }
+        let text = toml::to_string(self).map_err(|error| told(&error))?;
+        let mut file = PendingFile::create(path, Existing::Replace).map_err(|error| told(&error))?;
+        file.write_all(text.as_bytes()).map_err(|error| told(&error))?;
+        file.commit().map(|_| ()).map_err(|error| told(&error))
+    }
+
+    /// Puts a file on top of the recent ones.
+    pub fn opened(&mut self, path: &Path) {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        self.recent.retain(|known| *known != path);
+        self.recent.insert(0, path);
+        self.recent.truncate(MOST_RECENT);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_comes_back_and_rubbish_does_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/view.toml");
+        let mut session = Session { frame: 7, shot: Some("f-stop = 2.8\n".into()), ..Session::default() };
+        session.opened(Path::new("/a.exr"));
+        session.opened(Path::new("/b.exr"));
+        session.opened(Path::new("/a.exr"));
+        session.write(&path).unwrap();
+        let back = Session::read(&path);
+        assert_eq!(back, session);
+        assert_eq!(back.recent, [PathBuf::from("/a.exr"), PathBuf::from("/b.exr")]);
+        std::fs::write(&path, "frame = [").unwrap();
+        assert_eq!(Session::read(&path), Session::default());
+        assert_eq!(Session::read(&folder.path().join("none")), Session::default());
+    }
+}

@@ -1,0 +1,303 @@
+//! The picture: what is drawn, and what a hand does on it.
+
+use super::App;
+use crate::document::Quantity;
+use crate::look::View;
+use crate::screen::{Kind, Paint, Texture};
+use eframe::egui::{self, Pos2, Rect, Response, Sense, Vec2};
+use pullfocus_core::coc::{CocCurve, CocSettings};
+use pullfocus_core::{CocFormula, Frame};
+
+/// Screen points for a pixel, at the least and at the most.
+const ZOOMS: [f32; 2] = [0.02, 64.0];
+
+/// Where the picture's pixels lie in the window.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// The window's part.
+    pub rect: Rect,
+    /// Picture pixel at its upper left corner.
+    pub origin: [f32; 2],
+    /// Picture pixels in a point.
+    pub step: [f32; 2],
+}
+
+impl Place {
+    /// The picture's pixel under a point of the window, parts included.
+    pub fn pixel(&self, point: Pos2) -> [f32; 2] {
+        let offset = point - self.rect.min;
+        [self.origin[0] + self.step[0] * offset.x, self.origin[1] + self.step[1] * offset.y]
+    }
+
+    /// The point of the window over a pixel.
+    pub fn point(&self, pixel: [f32; 2]) -> Pos2 {
+        self.rect.min
+            + Vec2::new((pixel[0] - self.origin[0]) / self.step[0], (pixel[1] - self.origin[1]) / self.step[1])
+    }
+}
+
+impl App {
+    /// Draws the picture and listens to the hand on it.
+    pub(super) fn canvas(&mut self, ui: &mut egui::Ui) {
+        let response = ui.allocate_response(ui.available_size(), Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, "Picture"));
+        let Some(plate) = self.plate.clone() else {
+            self.place = None;
+            self.empty_canvas(ui, response.rect);
+            return;
+        };
+        let aspect = plate.scene.frame.pixel_aspect;
+        let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
+        let size = [plate.size().width as f32, plate.size().height as f32];
+        let rect = response.rect;
+        let fit = (rect.width() / (size[0] * aspect)).min(rect.height() / size[1]).max(ZOOMS[0]);
+        self.navigate(ui, &response, (size, aspect, fit));
+        let zoom = self.look.zoom.unwrap_or(fit);
+        let center = if self.look.zoom.is_some() { self.look.center } else { [0.5 * size[0], 0.5 * size[1]] };
+        let step = [1.0 / (zoom * aspect), 1.0 / zoom];
+        let origin =
+            [center[0] - 0.5 * rect.width() * step[0], center[1] - 0.5 * rect.height() * step[1]];
+        let place = Place { rect, origin, step };
+        self.place = Some(place);
+        self.focus_by_hand(ui, &response, &place);
+
+        let (left, right) = (self.side(self.look.left), self.look.right.map(|view| self.side(view)));
+        let take = self.document.take(0, &plate, self.frame_number()).ok();
+        let curve = curve(&plate.scene.frame, take.as_ref());
+        let depth_range = plate.histogram.range.unwrap_or([1.0, 10.0]);
+        let paint = Paint {
+            rect,
+            origin,
+            step,
+            size: plate.size(),
+            sides: [left, right.unwrap_or((Kind::Light, None))],
+            wipe: self.look.right.map(|_| self.look.wipe),
+            distances: self.distances(&plate),
+            are_coc: plate.has_coc,
+            coc_range: self.coc_range(&plate, &curve),
+            curve,
+            depth_range: [depth_range[0] as f32, depth_range[1] as f32],
+            overlay: self.look.overlay,
+            gain: self.look.exposure.exp2(),
+            transform: self.look.transform,
+        };
+        ui.painter().with_clip_rect(rect).add(self.display.paint(&paint, ui.ctx().pixels_per_point()));
+        self.labels(ui, rect);
+        self.wipe_handle(ui, rect);
+        if let (Some(from), Some(to)) = (self.rack_from, response.interact_pointer_pos()) {
+            let line = [place.point(from), to];
+            ui.painter().line_segment(line, egui::Stroke::new(2.0, egui::Color32::WHITE));
+            ui.painter().circle_stroke(line[0], 6.0, egui::Stroke::new(2.0, egui::Color32::WHITE));
+        }
+        self.hovered = response.hover_pos().map(|point| place.pixel(point)).and_then(|[x, y]| {
+            let inside = x >= 0.0 && y >= 0.0 && x < size[0] && y < size[1];
+            inside.then_some([x as usize, y as usize])
+        });
+    }
+
+    fn empty_canvas(&mut self, ui: &mut egui::Ui, rect: Rect) {
+        let mut ui = ui.new_child(egui::UiBuilder::new().max_rect(rect.shrink(24.0)));
+        ui.vertical_centered(|ui| {
+            ui.add_space(0.3 * rect.height());
+            ui.heading("Drop a picture with depth here");
+            ui.label("An OpenEXR file, a folder of frames, or a shot (.toml).");
+            ui.add_space(8.0);
+            if ui.button("Open…").on_hover_text("Choose a picture, a sequence or a shot.").clicked() {
+                self.open_window();
+            }
+            for path in self.session.recent.clone() {
+                if ui.link(path.display().to_string()).on_hover_text("Open this file again.").clicked() {
+                    self.open_path(&path);
+                }
+            }
+        });
+    }
+
+    /// Zoom about the cursor by the wheel or a pinch, pan by the right or the middle button.
+    fn navigate(&mut self, ui: &egui::Ui, response: &Response, (size, aspect, fit): ([f32; 2], f32, f32)) {
+        let rect = response.rect;
+        let whole = [0.5 * size[0], 0.5 * size[1]];
+        if let Some(pointer) = response.hover_pos() {
+            let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+            let factor = (wheel * 0.005).exp() * pinch;
+            if factor != 1.0 {
+                let zoom = self.look.zoom.unwrap_or(fit);
+                let center = if self.look.zoom.is_some() { self.look.center } else { whole };
+                let new = (zoom * factor).clamp(ZOOMS[0], ZOOMS[1]);
+                let from_middle = pointer - rect.center();
+                // The pixel under the cursor stays there.
+                let shift = 1.0 / zoom - 1.0 / new;
+                self.look.center =
+                    [center[0] + from_middle.x * shift / aspect, center[1] + from_middle.y * shift];
+                self.look.zoom = Some(new);
+            }
+        }
+        let pans = response.dragged_by(egui::PointerButton::Secondary)
+            || response.dragged_by(egui::PointerButton::Middle)
+            || (response.dragged_by(egui::PointerButton::Primary) && ui.input(|input| input.key_down(egui::Key::Space)));
+        if pans {
+            let zoom = self.look.zoom.unwrap_or(fit);
+            let center = if self.look.zoom.is_some() { self.look.center } else { whole };
+            let by = response.drag_delta();
+            self.look.center = [center[0] - by.x / (zoom * aspect), center[1] - by.y / zoom];
+            self.look.zoom = Some(zoom);
+        }
+    }
+
+    /// A click focuses there; a drag racks from there to wherever the cursor is, with Shift as two keys.
+    fn focus_by_hand(&mut self, ui: &egui::Ui, response: &Response, place: &Place) {
+        let primary = egui::PointerButton::Primary;
+        let (space, shift) = ui.input(|input| (input.key_down(egui::Key::Space), input.modifiers.shift));
+        if self.dragging_wipe || space {
+            return;
+        }
+        let pointer = response.interact_pointer_pos();
+        if response.drag_started_by(primary)
+            && let Some(origin) = ui.input(|input| input.pointer.press_origin())
+        {
+            self.rack_from = Some(place.pixel(origin));
+        }
+        if response.clicked_by(primary)
+            && let Some(point) = pointer
+        {
+            self.focus_at(place.pixel(point));
+        }
+        if response.dragged_by(primary)
+            && let (Some(point), Some(_)) = (pointer, self.rack_from)
+        {
+            self.focus_at(place.pixel(point));
+        }
+        if response.drag_stopped_by(primary) {
+            if let (Some(from), Some(point), true) = (self.rack_from, pointer, shift) {
+                self.rack(from, place.pixel(point));
+            }
+            self.rack_from = None;
+        }
+    }
+
+    /// The distance at a pixel, if something is there.
+    fn distance_at(&self, pixel: [f32; 2]) -> Option<f64> {
+        let [x, y] = pixel;
+        if x < 0.0 || y < 0.0 {
+            return None;
+        }
+        self.plate.as_ref()?.depth_to_focus(x as usize, y as usize)
+    }
+
+    /// Focuses on what is at a pixel; on infinity where nothing is.
+    pub(super) fn focus_at(&mut self, pixel: [f32; 2]) {
+        let Some(plate) = &self.plate else { return };
+        let size = plate.size();
+        let outside = |at: f32, length: usize| at < 0.0 || at >= length as f32;
+        if plate.has_coc || outside(pixel[0], size.width) || outside(pixel[1], size.height) {
+            return;
+        }
+        let metres = self.distance_at(pixel).unwrap_or(f64::INFINITY);
+        self.change(Quantity::FocusDistance, metres);
+    }
+
+    /// Keys a rack from one pixel here to another a second later, or at the last frame.
+    fn rack(&mut self, from: [f32; 2], to: [f32; 2]) {
+        let (Some(from), Some(to)) = (self.distance_at(from), self.distance_at(to)) else { return };
+        let (first, last) = self.frame_range();
+        let start = self.frame_number();
+        let end = (start + self.look.fps.round() as i64).min(last).max(first);
+        for (frame, metres) in [(start, from), (end, to)] {
+            let key = pullfocus_core::pull::Key { focus_distance_m: Some(metres), ..Default::default() };
+            let result = self.document.set_key(0, key, frame);
+            self.tell(result);
+        }
+    }
+
+    fn side(&self, view: View) -> (Kind, Option<Texture>) {
+        let state = self.engine.state();
+        let shown = |side: usize| state.shown[side].as_ref().map(|shown| shown.texture.clone());
+        match view {
+            View::Result => (Kind::Light, shown(0).or_else(|| self.pinhole.clone())),
+            View::Other => (Kind::Light, shown(1).or_else(|| self.pinhole.clone())),
+            View::Pinhole => (Kind::Light, self.pinhole.clone()),
+            View::Depth => (Kind::Depth, None),
+            View::Coc => (Kind::Coc, None),
+            View::Reference => (Kind::Light, self.reference.as_ref().map(|reference| reference.texture.clone())),
+            View::Difference => {
+                (Kind::Encoded, state.comparison.as_ref().map(|comparison| comparison.map.clone()))
+            }
+        }
+    }
+
+    fn labels(&self, ui: &egui::Ui, rect: Rect) {
+        let label = |at: Pos2, align, view: View| {
+            let text = view.text().0;
+            let galley = ui.painter().layout_no_wrap(text.into(), egui::FontId::proportional(13.0), egui::Color32::WHITE);
+            let place = align_at(at, align, galley.size());
+            ui.painter().rect_filled(
+                Rect::from_min_size(place, galley.size()).expand(4.0),
+                4.0,
+                egui::Color32::from_black_alpha(140),
+            );
+            ui.painter().galley(place, galley, egui::Color32::WHITE);
+        };
+        label(rect.left_top() + Vec2::splat(10.0), 0.0, self.look.left);
+        if let Some(right) = self.look.right {
+            label(rect.right_top() + Vec2::new(-10.0, 10.0), 1.0, right);
+        }
+    }
+
+    /// The border between the sides, to be taken with the mouse or moved by the arrow keys.
+    fn wipe_handle(&mut self, ui: &mut egui::Ui, rect: Rect) {
+        self.dragging_wipe = false;
+        if self.look.right.is_none() {
+            return;
+        }
+        let x = rect.left() + self.look.wipe * rect.width();
+        let handle = Rect::from_center_size(Pos2::new(x, rect.bottom() - 24.0), Vec2::new(28.0, 28.0));
+        let response = ui.interact(handle, ui.id().with("wipe"), Sense::drag());
+        response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(self.look.wipe), "Wipe"));
+        let response = response.on_hover_text("Drag the border between both sides.");
+        ui.painter().circle_filled(handle.center(), 12.0, egui::Color32::from_black_alpha(160));
+        ui.painter().text(
+            handle.center(),
+            egui::Align2::CENTER_CENTER,
+            "↔",
+            egui::FontId::proportional(16.0),
+            egui::Color32::WHITE,
+        );
+        if response.dragged() {
+            self.dragging_wipe = true;
+            self.look.wipe = (self.look.wipe + response.drag_delta().x / rect.width()).clamp(0.0, 1.0);
+        }
+        if response.hovered() || response.dragged() {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
+        }
+    }
+
+    /// Diameter that has the full colour: the largest in the picture.
+    fn coc_range(&self, plate: &crate::clip::Plate, curve: &CocCurve) -> f32 {
+        if plate.has_coc {
+            return plate.depth.data().iter().copied().filter(|c| c.is_finite()).fold(1.0, |most, c| c.abs().max(most));
+        }
+        let Some([near, far]) = plate.histogram.range else { return 1.0 };
+        let nothing = if plate.histogram.nothing > 0 { f64::INFINITY } else { far };
+        curve.diameter(near).abs().max(curve.diameter(nothing).abs()).max(1.0)
+    }
+}
+
+fn align_at(at: Pos2, align: f32, size: Vec2) -> Pos2 {
+    Pos2::new(at.x - align * size.x, at.y)
+}
+
+/// The curve of a take; of nothing where it cannot be.
+fn curve(frame: &Frame, take: Option<&crate::engine::Take>) -> CocCurve {
+    let nothing = CocFormula { at_infinity: 0.0, metre_pixels: 0.0 };
+    let settings = take.map_or_else(CocSettings::default, |take| take.settings.coc.clone());
+    let formula = take
+        .and_then(|take| take.camera.as_ref())
+        .map_or(nothing, |camera| camera.circle_of_confusion(frame));
+    CocCurve::new(formula, frame, &settings).unwrap_or(CocCurve {
+        formula: nothing,
+        front: 1.0,
+        back: 1.0,
+        max: 1.0,
+        protect: None,
+    })
+}

@@ -1,0 +1,437 @@
+//! The window.
+
+mod canvas;
+mod controls;
+mod keyboard;
+mod status;
+mod timeline;
+mod windows;
+
+pub use canvas::Place;
+
+use crate::clip::{Clip, Plate};
+use crate::document::{Document, Quantity};
+use crate::engine::{Ask, Choice, Engine, Reference};
+use crate::export::Export;
+use crate::loader::Loader;
+use crate::look::{Look, View};
+use crate::screen::{self, Display, Texture};
+use crate::session::Session;
+use crate::{opening, ui};
+use eframe::egui::util::undoer::Undoer;
+use eframe::{egui, egui_wgpu};
+use pullfocus_job::config::{self, Options};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How the program is started.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// What to open: a picture, a folder, a pattern, a shot; the last session's shot if not given.
+    pub path: Option<PathBuf>,
+    /// Options from the command line.
+    pub options: Options,
+    /// What renders.
+    pub device: Choice,
+    /// Where the session is kept; nowhere if not given.
+    pub session: Option<PathBuf>,
+}
+
+/// The program.
+pub struct App {
+    pub(crate) document: Document,
+    pub(crate) look: Look,
+    pub(crate) session: Session,
+    session_path: Option<PathBuf>,
+    base: Options,
+    engine: Engine,
+    loader: Loader,
+    display: Arc<Display>,
+    device: (eframe::wgpu::Device, eframe::wgpu::Queue),
+    undo: Undoer<Document>,
+    /// What is open, and the frame in front.
+    clip: Option<Arc<Clip>>,
+    plate: Option<Arc<Plate>>,
+    /// The number of the frame wanted.
+    frame: i64,
+    /// On the device: the frame in perfect focus and its distances.
+    pinhole: Option<Texture>,
+    distance: Option<(Arc<Plate>, Option<Texture>)>,
+    reference: Option<Arc<Reference>>,
+    /// Where the picture is in the window.
+    place: Option<Place>,
+    hovered: Option<[usize; 2]>,
+    rack_from: Option<[f32; 2]>,
+    dragging_wipe: bool,
+    selected_key: Option<f64>,
+    playing: Option<(Instant, i64)>,
+    saved: Option<(PathBuf, Document)>,
+    message: Option<(String, Instant)>,
+    windows: windows::Windows,
+    export: Option<Export>,
+    kept: Instant,
+}
+
+/// How often the session is kept while something changes.
+const KEEP_EVERY: Duration = Duration::from_secs(5);
+/// How long a message stays.
+const MESSAGE: Duration = Duration::from_secs(8);
+
+impl App {
+    /// The program in a window of `cc`.
+    ///
+    /// # Errors
+    /// One sentence: no device to draw with, no threads.
+    pub fn new(cc: &eframe::CreationContext<'_>, start: Start) -> Result<Self, String> {
+        let render_state = cc.wgpu_render_state.as_ref().ok_or("the window has no device to draw with")?;
+        Self::with(&cc.egui_ctx, render_state, start)
+    }
+
+    fn with(ctx: &egui::Context, render_state: &egui_wgpu::RenderState, start: Start) -> Result<Self, String> {
+        let told = |error: std::io::Error| format!("a thread could not be started: {error}");
+        let engine = Engine::start(ctx, render_state, start.device).map_err(told)?;
+        let loader = Loader::start(ctx).map_err(told)?;
+        let session = start.session.as_deref().map(Session::read).unwrap_or_default();
+        let (device, queue) = (render_state.device.clone(), render_state.queue.clone());
+        let display = Arc::new(Display::new(&device, &queue, render_state.target_format));
+        let mut app = Self {
+            document: Document::default(),
+            look: session.look.clone(),
+            session_path: start.session,
+            base: start.options,
+            engine,
+            loader,
+            display,
+            device: (device, queue),
+            undo: Undoer::default(),
+            clip: None,
+            plate: None,
+            frame: 0,
+            pinhole: None,
+            distance: None,
+            reference: None,
+            place: None,
+            hovered: None,
+            rack_from: None,
+            dragging_wipe: false,
+            selected_key: None,
+            playing: None,
+            saved: None,
+            message: None,
+            windows: windows::Windows::default(),
+            export: None,
+            kept: Instant::now(),
+            session,
+        };
+        // A wipe or a reference that is not there any more would puzzle.
+        for view in [View::Reference, View::Difference] {
+            if app.look.shows(view) {
+                (app.look.left, app.look.right) = (View::Result, None);
+            }
+        }
+        if let Some(dark) = app.session.dark {
+            ctx.set_theme(if dark { egui::Theme::Dark } else { egui::Theme::Light });
+        }
+        match start.path {
+            Some(path) => app.open_path(&path),
+            None if app.base.files.input.is_some() || app.base.files.behind.is_some() => {
+                app.loader.open(app.base.clone());
+            }
+            None => app.open_last(),
+        }
+        Ok(app)
+    }
+
+    /// Opens what was open when the program ended.
+    fn open_last(&mut self) {
+        let Some(options) = self.session.shot.as_deref().and_then(|text| config::parse(text).ok()) else { return };
+        self.frame = self.session.frame;
+        self.loader.open(options);
+    }
+
+    /// Opens a picture, a folder, a pattern or a shot.
+    pub fn open_path(&mut self, path: &Path) {
+        match opening::options(path, &self.base) {
+            Ok(options) => {
+                self.frame = 0;
+                self.saved = None;
+                if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+                    self.saved = Some((path.to_owned(), Document::new(options.clone())));
+                }
+                self.session.opened(path);
+                self.loader.open(options);
+            }
+            Err(failure) => self.say(failure.to_string()),
+        }
+    }
+
+    /// Opens a picture to compare with.
+    pub fn open_reference(&mut self, path: &Path) {
+        match Reference::read(&self.device.0, &self.device.1, path) {
+            Ok(reference) => {
+                self.reference = Some(Arc::new(reference));
+                self.look.left = View::Difference;
+            }
+            Err(sentence) => self.say(sentence),
+        }
+    }
+
+    /// Saves the shot.
+    pub fn save(&mut self, path: &Path) {
+        let text = config::write(self.document.shot());
+        match windows::write_whole(path, text.as_bytes()) {
+            Ok(()) => {
+                self.say(format!(
+                    "Saved. `pullfocus render --shot {}` renders these pixels.",
+                    crate::clip::file_name(path)
+                ));
+                self.saved = Some((path.to_owned(), self.document.clone()));
+                self.session.opened(path);
+            }
+            Err(sentence) => self.say(sentence),
+        }
+    }
+
+    /// A sentence for the user, at the bottom of the window.
+    pub(crate) fn say(&mut self, sentence: impl Into<String>) {
+        self.message = Some((sentence.into(), Instant::now()));
+    }
+
+    fn tell(&mut self, result: Result<(), String>) {
+        if let Err(sentence) = result {
+            self.say(sentence);
+        }
+    }
+
+    /// Changes the lens of the take in front.
+    pub(crate) fn change(&mut self, quantity: Quantity, value: f64) {
+        let (side, frame) = (self.front(), self.frame_number());
+        let result = self.document.set(side, quantity, value, frame);
+        self.tell(result);
+    }
+
+    /// The take whose controls are shown: B where it alone is looked at.
+    pub(crate) fn front(&self) -> usize {
+        usize::from(self.look.left == View::Other)
+    }
+
+    /// The number of the frame in front.
+    pub fn frame_number(&self) -> i64 {
+        self.clip.as_ref().map_or(self.frame, |clip| clip.number(clip.nearest(self.frame as f64)))
+    }
+
+    /// First and last frame of the timeline.
+    pub(crate) fn frame_range(&self) -> (i64, i64) {
+        let Some(clip) = &self.clip else { return (1, 1) };
+        (clip.number(0), clip.number(clip.len() - 1))
+    }
+
+    /// Goes to a frame.
+    pub fn go_to(&mut self, frame: i64) {
+        let (first, last) = self.frame_range();
+        self.frame = frame.clamp(first, last);
+    }
+
+    /// Whether everything that was asked for is on the screen.
+    pub fn is_settled(&self) -> bool {
+        let state = self.engine.state();
+        self.loader.is_idle()
+            && !state.busy
+            && self.export.as_ref().is_none_or(Export::is_done)
+            && (self.reference.is_none() || !self.look.shows(View::Difference) || state.comparison.is_some())
+    }
+
+    /// How many pictures were rendered so far.
+    pub fn rendered(&self) -> u64 {
+        self.engine.state().count
+    }
+
+    /// What is made.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// How it is looked at.
+    pub fn look_mut(&mut self) -> &mut Look {
+        &mut self.look
+    }
+
+    /// Where the picture is in the window.
+    pub fn place(&self) -> Option<Place> {
+        self.place
+    }
+
+    /// The message at the bottom of the window.
+    pub fn message(&self) -> Option<&str> {
+        self.message.as_ref().map(|(text, _)| text.as_str())
+    }
+
+    /// What the distances of the frame in front are, on the device.
+    fn distances(&self, plate: &Arc<Plate>) -> Option<Texture> {
+        self.distance.as_ref().filter(|(known, _)| Arc::ptr_eq(known, plate)).and_then(|(_, texture)| texture.clone())
+    }
+
+    /// Takes what was read, and asks for what is missing.
+    fn take_in(&mut self, ctx: &egui::Context) {
+        let (opened, clip, fault) = {
+            let mut shelf = self.loader.shelf();
+            (shelf.opened.take(), shelf.clip.clone(), shelf.fault.take())
+        };
+        if let Some(sentence) = fault {
+            self.say(sentence);
+        }
+        if let Some(options) = opened {
+            self.engine.clear();
+            self.document = Document::new(options);
+            self.undo = Undoer::default();
+            self.clip.clone_from(&clip);
+            (self.plate, self.pinhole, self.distance) = (None, None, None);
+            (self.selected_key, self.playing) = (None, None);
+            self.look.zoom = None;
+            let frame = self.frame;
+            self.go_to(frame);
+            let title = clip.as_ref().map_or_else(String::new, |clip| format!("{} – ", clip.name));
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title}pullfocus")));
+            let warnings = self.loader.shelf().plate(0).map(|plate| plate.warnings.clone()).unwrap_or_default();
+            if let Some(warning) = warnings.into_iter().next() {
+                self.say(warning);
+            }
+        }
+        let Some(clip) = &self.clip else { return };
+        let index = clip.nearest(self.frame as f64);
+        // The frame in front, those that come next, and the one before.
+        let ahead = if self.playing.is_some() { 24 } else { 4 };
+        let last = clip.len();
+        let wanted = (index..(index + ahead).min(last)).chain(index.checked_sub(1)).collect();
+        self.loader.want(wanted);
+        let plate = self.loader.shelf().plate(index);
+        let Some(plate) = plate else { return };
+        if self.plate.as_ref().is_some_and(|known| Arc::ptr_eq(known, &plate)) {
+            return;
+        }
+        let (device, queue) = &self.device;
+        match screen::from_picture(device, queue, &plate.scene.base.picture) {
+            Ok(texture) => self.pinhole = Some(texture),
+            Err(error) => self.message = Some((error.to_string(), Instant::now())),
+        }
+        self.distance = Some((Arc::clone(&plate), screen::distances(device, queue, &plate.depth).ok()));
+        self.plate = Some(plate);
+    }
+
+    /// Asks for the pictures that are looked at.
+    fn ask(&mut self, ctx: &egui::Context) {
+        let Some(plate) = self.plate.clone() else { return };
+        let frame = plate.number.unwrap_or_else(|| self.frame_number());
+        let take = |side| self.document.take(side, &plate, frame);
+        let first = match take(0) {
+            Ok(take) => take,
+            Err(sentence) => {
+                self.say(sentence);
+                return;
+            }
+        };
+        let second = if self.look.shows(View::Other) { take(1).ok() } else { None };
+        let hurry = self.playing.is_some() || ctx.input(|input| input.pointer.any_down());
+        let reference = self.reference.clone().filter(|_| self.look.shows(View::Difference));
+        self.engine.ask(Ask { plate, takes: [Some(first), second], hurry, reference });
+    }
+
+    /// Goes on while the shot plays, in real time: frames that come late are left out.
+    fn play(&mut self, ctx: &egui::Context) {
+        let Some((since, from)) = self.playing else { return };
+        let (first, last) = self.frame_range();
+        let length = (last - first + 1).max(1);
+        let passed = (since.elapsed().as_secs_f64() * self.look.fps) as i64;
+        self.frame = first + (from - first + passed).rem_euclid(length);
+        ctx.request_repaint_after(Duration::from_secs_f64(0.5 / self.look.fps.max(1.0)));
+    }
+
+    /// Starts or stops playing.
+    pub fn toggle_play(&mut self) {
+        self.playing = match self.playing {
+            Some(_) => None,
+            None => Some((Instant::now(), self.frame_number())),
+        };
+    }
+
+    /// One step back, or forward again.
+    pub fn undo_redo(&mut self, forward: bool) {
+        let step = if forward { self.undo.redo(&self.document) } else { self.undo.undo(&self.document) };
+        if let Some(document) = step {
+            self.document = document.clone();
+        }
+    }
+
+    /// Remembers what a restart brings back.
+    fn keep_session(&mut self) {
+        self.kept = Instant::now();
+        let Some(path) = self.session_path.clone() else { return };
+        let mut session = Session {
+            look: self.look.clone(),
+            frame: self.frame_number(),
+            shot_path: self.saved.as_ref().map(|(path, _)| path.clone()),
+            ..self.session.clone()
+        };
+        if self.clip.is_some() {
+            session.shot = Some(config::write(&absolute(self.document.shot())));
+        }
+        if session != self.session {
+            match session.write(&path) {
+                Ok(()) => self.session = session,
+                Err(sentence) => tracing::warn!("{sentence}"),
+            }
+        }
+    }
+}
+
+/// The options with files that are found from any folder.
+fn absolute(options: &Options) -> Options {
+    let mut options = options.clone();
+    let files = &mut options.files;
+    let one = |path: &mut PathBuf| *path = std::path::absolute(&*path).unwrap_or_else(|_| path.clone());
+    files.input.iter_mut().flatten().for_each(one);
+    for path in [&mut files.depth_file, &mut files.foreground, &mut files.behind, &mut files.output] {
+        path.iter_mut().for_each(one);
+    }
+    options
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let dropped = ctx.input(|input| input.raw.dropped_files.iter().find_map(|file| file.path.clone()));
+        if let Some(path) = dropped {
+            self.open_path(&path);
+        }
+        let lost = self.engine.state().lost.take();
+        if let Some(reason) = lost {
+            // Nothing can be drawn any more; the session brings everything back.
+            self.keep_session();
+            tracing::error!("the GPU was lost ({reason}); start `pullfocus view` again, the session comes back");
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        self.play(&ctx);
+        self.take_in(&ctx);
+        self.keyboard(&ctx);
+        egui::Panel::top("menu").show(ui, |ui| self.menu(ui));
+        egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
+        egui::Panel::bottom("timeline").show(ui, |ui| self.timeline(ui));
+        egui::Panel::right("controls").exact_size(ui::controls::WIDTH).show(ui, |ui| self.controls(ui));
+        egui::CentralPanel::no_frame().show(ui, |ui| self.canvas(ui));
+        self.windows(&ctx);
+        self.ask(&ctx);
+        // Steps of undo are taken when a hand is off the mouse.
+        let now = ctx.input(|input| input.time);
+        if !ctx.input(|input| input.pointer.any_down()) {
+            self.undo.feed_state(now, &self.document);
+        }
+        if self.kept.elapsed() > KEEP_EVERY {
+            self.keep_session();
+        }
+    }
+
+    fn on_exit(&mut self) {
+        self.keep_session();
+    }
+}
