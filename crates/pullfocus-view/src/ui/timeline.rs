@@ -1,0 +1,172 @@
+//! The shot in time: frames, keys, the focus as a curve.
+
+use super::App;
+use super::keyboard::Action;
+use crate::document::{Quantity, of};
+use eframe::egui::{self, Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
+use pullfocus_core::focus::distance;
+use pullfocus_core::pull::Easing;
+
+/// Height of the strip.
+const HEIGHT: f32 = 64.0;
+
+impl App {
+    pub(super) fn timeline(&mut self, ui: &mut Ui) {
+        let (first, last) = self.frame_range();
+        let mut action = None;
+        ui.horizontal(|ui| {
+            for (name, does, hint) in [
+                ("⏮", Action::First, "First frame (Home)."),
+                ("◀", Action::Before, "One frame back (Left)."),
+                (if self.playing.is_some() { "⏸" } else { "▶" }, Action::Play, "Play in real time, or stop (P)."),
+                ("▶|", Action::After, "One frame on (Right)."),
+                ("⏭", Action::Last, "Last frame (End)."),
+            ] {
+                let response = ui.button(name).on_hover_text(hint);
+                let label = hint.split([' ', '.']).next().unwrap_or_default();
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, label));
+                if response.clicked() {
+                    action = Some(does);
+                }
+            }
+            let mut frame = self.frame_number();
+            let drag = egui::DragValue::new(&mut frame).range(first..=last);
+            if ui.add(drag).on_hover_text("The frame in front.").changed() {
+                self.go_to(frame);
+            }
+            ui.label(format!("{first}–{last}"));
+            let fps = egui::DragValue::new(&mut self.look.fps).range(1.0..=120.0).suffix(" fps");
+            ui.add(fps).on_hover_text("Frames a second while playing.");
+            ui.separator();
+            if ui.button("Key").on_hover_text("Key the lens as it is at this frame (K).").clicked() {
+                action = Some(Action::KeyHere);
+            }
+            self.key_controls(ui);
+        });
+        self.strip(ui, first, last);
+        if let Some(action) = action {
+            self.act(action);
+        }
+    }
+
+    fn key_controls(&mut self, ui: &mut Ui) {
+        let chosen = self.selected_key.and_then(|frame| {
+            self.document.shot().keys.keys().iter().find(|key| key.frame == frame).copied()
+        });
+        let Some(key) = chosen else {
+            self.selected_key = None;
+            ui.weak("No key is chosen.");
+            return;
+        };
+        let units = self.look.units();
+        let focus = key.focus_distance_m.map_or(String::new(), |metres| distance::format(metres, units));
+        ui.label(format!("Key at {}: {focus}", key.frame));
+        let mut easing = key.easing;
+        egui::ComboBox::from_id_salt("easing").selected_text(format!("{easing:?}")).width(70.0).show_ui(ui, |ui| {
+            for (choice, hint) in [
+                (Easing::Smooth, "Starts and ends slowly."),
+                (Easing::Linear, "Evenly."),
+                (Easing::In, "Starts slowly."),
+                (Easing::Out, "Ends slowly."),
+                (Easing::Hold, "Stays, and jumps at the next key."),
+            ] {
+                ui.selectable_value(&mut easing, choice, format!("{choice:?}")).on_hover_text(hint);
+            }
+        })
+        .response
+        .on_hover_text("How the lens goes on from this key to the next one.");
+        if easing != key.easing {
+            self.document.set_easing(key.frame, easing);
+        }
+        if ui.button("Remove").on_hover_text("Remove this key (Delete).").clicked() {
+            self.document.remove_key(key.frame);
+            self.selected_key = None;
+        }
+    }
+
+    fn strip(&mut self, ui: &mut Ui, first: i64, last: i64) {
+        let (rect, response) =
+            ui.allocate_exact_size(Vec2::new(ui.available_width(), HEIGHT), Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Slider, true, "Timeline"));
+        let inner = rect.shrink2(Vec2::new(10.0, 4.0));
+        let painter = ui.painter_at(rect);
+        painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+        let span = (last - first).max(1) as f32;
+        let x = move |frame: f64| inner.left() + (frame - first as f64) as f32 / span * inner.width();
+        let frame_at = move |x: f32| first as f64 + f64::from((x - inner.left()) / inner.width() * span);
+        // Frames in memory.
+        if let Some(clip) = self.clip.clone() {
+            let shelf = self.loader.shelf();
+            for index in 0..clip.len() {
+                let color = if shelf.has(index) {
+                    Color32::from_rgb(60, 130, 200)
+                } else if shelf.faults.contains_key(&index) {
+                    Color32::from_rgb(200, 60, 50)
+                } else {
+                    continue;
+                };
+                let at = x(clip.number(index) as f64);
+                let width = (inner.width() / (span + 1.0)).clamp(1.0, 8.0);
+                painter.rect_filled(
+                    Rect::from_center_size(Pos2::new(at, inner.bottom()), Vec2::new(width, 3.0)),
+                    0.0,
+                    color,
+                );
+            }
+        }
+        // The focus, in dioptres: near is up.
+        let keys = self.document.shot().keys.clone();
+        let most = keys.keys().iter().filter_map(|key| of(key, Quantity::FocusDistance)).fold(0.0, |most: f64, z| most.max(1.0 / z));
+        let height = |dioptres: f64| {
+            inner.bottom() - 8.0 - (dioptres / most.max(1e-9)).clamp(0.0, 1.0) as f32 * (inner.height() - 16.0)
+        };
+        if keys.keys().iter().any(|key| key.focus_distance_m.is_some()) {
+            let points: Vec<Pos2> = (0..=200)
+                .filter_map(|i| {
+                    let frame = first as f64 + f64::from(i) / 200.0 * f64::from(span);
+                    Some(Pos2::new(x(frame), height(1.0 / keys.at(frame).focus_distance_m?)))
+                })
+                .collect();
+            painter.line(points, Stroke::new(1.5, Color32::from_rgb(90, 190, 110)));
+        }
+        let now = x(self.frame_number() as f64);
+        painter.vline(now, rect.y_range(), Stroke::new(2.0, ui.visuals().selection.bg_fill));
+        // Keys, to be chosen and moved.
+        let mut over_key = false;
+        for key in keys.keys() {
+            let dioptres = key.focus_distance_m.map_or(0.5 * most, |z| 1.0 / z);
+            let center = Pos2::new(x(key.frame), height(dioptres));
+            let area = Rect::from_center_size(center, Vec2::splat(16.0));
+            let id = ui.id().with(("key", key.frame.to_bits()));
+            let response = ui.interact(area, id, Sense::click_and_drag());
+            let label = format!("Key at {}", key.frame);
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, label.clone()));
+            let response = response.on_hover_text(label.clone());
+            over_key |= response.hovered() || response.dragged();
+            let chosen = self.selected_key == Some(key.frame);
+            let color = if chosen { Color32::from_rgb(255, 200, 60) } else { ui.visuals().strong_text_color() };
+            let diamond = [[0.0, -6.0], [6.0, 0.0], [0.0, 6.0], [-6.0, 0.0]].map(|[x, y]| center + Vec2::new(x, y));
+            painter.add(egui::Shape::convex_polygon(diamond.to_vec(), color, Stroke::NONE));
+            if response.clicked() || response.drag_started() {
+                self.selected_key = Some(key.frame);
+            }
+            if response.clicked() {
+                self.go_to(key.frame.round() as i64);
+            }
+            if response.drag_stopped()
+                && let Some(pointer) = response.interact_pointer_pos()
+            {
+                let to = frame_at(pointer.x).round().clamp(first as f64, last as f64);
+                self.document.move_key(key.frame, to);
+                self.selected_key = Some(to);
+            }
+        }
+        if !over_key
+            && (response.clicked() || response.dragged())
+            && let Some(pointer) = response.interact_pointer_pos()
+        {
+            self.playing = None;
+            self.go_to(frame_at(pointer.x).round() as i64);
+        }
+    }
+}
