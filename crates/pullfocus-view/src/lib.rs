@@ -13,3 +13,4 @@ mod export;
 pub mod look;
 pub mod session;
 pub mod ui;
+pub mod window;

@@ -40,7 +40,7 @@ impl App {
     /// Draws the picture and listens to the hand on it.
     pub(super) fn canvas(&mut self, ui: &mut egui::Ui) {
         let response = ui.allocate_response(ui.available_size(), Sense::click_and_drag());
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, "Picture"));
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Picture"));
         let Some(plate) = self.plate.clone() else {
             self.place = None;
             self.empty_canvas(ui, response.rect);
@@ -251,7 +251,7 @@ impl App {
         }
         let x = rect.left() + self.look.wipe * rect.width();
         let handle = Rect::from_center_size(Pos2::new(x, rect.bottom() - 24.0), Vec2::new(28.0, 28.0));
-        let response = ui.interact(handle, ui.id().with("wipe"), Sense::drag());
+        let response = ui.interact(handle, ui.scope_id().with("wipe"), Sense::drag());
         response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(self.look.wipe), "Wipe"));
         let response = response.on_hover_text("Drag the border between both sides.");
         ui.painter().circle_filled(handle.center(), 12.0, egui::Color32::from_black_alpha(160));

@@ -152,7 +152,7 @@ impl App {
         }
         ui.label("Depth").on_hover_text("How much of the picture is how far away; what is in focus is green. Click to focus.");
         let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), 60.0), Sense::click_and_drag());
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, "Histogram of depth"));
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Histogram of depth"));
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
         let x = |place: f64| rect.left() + rect.width() * place.clamp(0.0, 1.0) as f32;

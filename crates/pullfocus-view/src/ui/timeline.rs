@@ -24,7 +24,7 @@ impl App {
             ] {
                 let response = ui.button(name).on_hover_text(hint);
                 let label = hint.split([' ', '.']).next().unwrap_or_default();
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, label));
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, label));
                 if response.clicked() {
                     action = Some(does);
                 }
@@ -87,7 +87,7 @@ impl App {
     fn strip(&mut self, ui: &mut Ui, first: i64, last: i64) {
         let (rect, response) =
             ui.allocate_exact_size(Vec2::new(ui.available_width(), HEIGHT), Sense::click_and_drag());
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Slider, true, "Timeline"));
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Timeline"));
         let inner = rect.shrink2(Vec2::new(10.0, 4.0));
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
@@ -137,10 +137,10 @@ impl App {
             let dioptres = key.focus_distance_m.map_or(0.5 * most, |z| 1.0 / z);
             let center = Pos2::new(x(key.frame), height(dioptres));
             let area = Rect::from_center_size(center, Vec2::splat(16.0));
-            let id = ui.id().with(("key", key.frame.to_bits()));
+            let id = ui.scope_id().with(("key", key.frame.to_bits()));
             let response = ui.interact(area, id, Sense::click_and_drag());
             let label = format!("Key at {}", key.frame);
-            response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, label.clone()));
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, label.clone()));
             let response = response.on_hover_text(label.clone());
             over_key |= response.hovered() || response.dragged();
             let chosen = self.selected_key == Some(key.frame);
