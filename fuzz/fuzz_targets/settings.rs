@@ -1,4 +1,5 @@
-//! Any text as a settings file: options or one sentence, and from options a validated setting or one sentence.
+//! Any text as a settings file: options or one sentence, and from options the same ones by way of another file, and a
+//! validated setting or one sentence.
 //!
 //! Run with `RUSTC_BOOTSTRAP=1 cargo +stable fuzz run settings`.
 #![no_main]
@@ -11,6 +12,7 @@ fuzz_target!(|text: &str| {
         Ok(options) => {
             let merged = options.clone().over(config::Options::default());
             assert_eq!(merged, options);
+            assert_eq!(config::parse(&config::write(&options)).as_ref(), Ok(&options));
             if let Ok(settings) = settings::settings(&options.blur, &options.circle, &options.depth) {
                 settings.check().expect("settings that were let through are in range");
             }

@@ -58,7 +58,9 @@ Examples:
     pullfocus render frame.exr -o out.exr --config shot.toml --f-stop 4
 
 A settings file has the long names as keys: focus-distance = 2.5,
-preset = \"preview\", protect = [2.3, 2.8], resume = true. A focus pull has keys:
+preset = \"preview\", protect = [2.3, 2.8], resume = true. Relative paths in it
+(input, output, depth-file, ...) count from the file's folder. A focus pull has
+keys:
 
     [[key]]
     frame = 1001
@@ -66,7 +68,14 @@ preset = \"preview\", protect = [2.3, 2.8], resume = true. A focus pull has keys
     easing = \"smooth\"       # or hold, linear, in, out: to the next key
 
     pullfocus render 'in/shot.####.exr' -o 'out/shot.####.exr' \\
-        --shot pull.toml";
+        --shot pull.toml
+
+One picture is held still under the moving lens, from the first key to the last
+or for the frames that are named:
+
+    pullfocus render still.exr -o 'out/still.####.exr' --shot pull.toml
+    pullfocus render still.exr -o 'out/still.####.exr' --shot pull.toml \\
+        --frames 1-48";
 
 const COC_EXAMPLES: &str = "\
 Front is red, in focus green, behind blue; the colour is full where the
@@ -171,7 +180,8 @@ pub struct RenderArgs {
     /// Running.
     #[command(flatten)]
     pub run: Run,
-    /// Settings file (TOML), which may hold the keys of a focus pull; options on the command line lie over it.
+    /// Settings file (TOML), which may hold the keys of a focus pull; options on the command line lie over it. Its paths
+    /// count from its own folder.
     #[arg(long, visible_alias = "shot", value_name = "FILE.toml", help_heading = "Running")]
     pub config: Option<PathBuf>,
 }
@@ -217,7 +227,8 @@ pub struct CocArgs {
     /// Running.
     #[command(flatten)]
     pub run: Run,
-    /// Settings file (TOML), the same as for render; options on the command line lie over it.
+    /// Settings file (TOML), the same as for render; options on the command line lie over it. Its paths count from its own
+    /// folder.
     #[arg(long, visible_alias = "shot", value_name = "FILE.toml", help_heading = "Running")]
     pub config: Option<PathBuf>,
 }

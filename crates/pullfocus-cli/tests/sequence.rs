@@ -86,6 +86,40 @@ fn a_focus_pull_gives_each_frame_its_own_lens() {
 }
 
 #[test]
+fn a_still_is_held_under_a_moving_lens() {
+    let folder = Folder::new();
+    let still = folder.frame("still.exr", 1);
+    let shot = folder.path("pull.toml");
+    fs::write(
+        &shot,
+        "f-stop = 2\nfocal-length = 50\nsensor-width = 36\ninput = 'still.exr'\noutput = 'out.##.exr'\n\
+         [[key]]\nframe = 1\nfocus-distance = 1\neasing = 'linear'\n[[key]]\nframe = 3\nfocus-distance = 3\n",
+    )
+    .unwrap();
+    // Nothing but the shot, from another folder than the pictures'.
+    ok(pullfocus(["render", "--shot", &shot]));
+    for (number, focus) in [(1, "1"), (2, "1.5"), (3, "3")] {
+        let output = folder.path("alone.exr");
+        let arguments = ["render", &still, "-o", &output, "--overwrite", "--focus-distance", focus];
+        ok(pullfocus([&arguments, &LENS[2..]].concat()));
+        let held = fs::read(folder.path(&format!("out.{number:02}.exr"))).unwrap();
+        assert!(held == fs::read(&output).unwrap(), "frame {number}");
+    }
+    let mattes = folder.path("matte.##.png");
+    ok(pullfocus(["coc", "--shot", &shot, "-o", &mattes, "--frames", "2-6x2"]));
+    let there = |number: usize| folder.has(&format!("matte.{number:02}.png"));
+    assert_eq!([1, 2, 3, 4, 5, 6].map(there), [false, true, false, true, false, true]);
+    let one = folder.path("one.exr");
+    let said = refused(2, pullfocus(["render", "--shot", &shot, "-o", &one]));
+    assert!(said.contains("no frame with a number") && said.contains("--frames 1-48"), "{said}");
+    let said = refused(2, pullfocus(["render", "--shot", &shot, "-o", &one, "--frames", "1-2"]));
+    assert!(said.contains("2 frames of a still") && said.contains("out.####.exr"), "{said}");
+    let previews = ["--overwrite", "--preview-png", &folder.path("seen.png")].map(str::to_owned);
+    let said = refused(2, pullfocus([&["render".into(), "--shot".into(), shot][..], &previews].concat()));
+    assert!(said.contains("seen.png"), "{said}");
+}
+
+#[test]
 fn reports_come_in_the_order_of_the_frames() {
     let folder = Folder::new();
     frames(&folder, 5);

@@ -5,7 +5,7 @@
 //! ratios.
 
 use crate::error::{Error, Result};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// How a value leaves a key for the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -49,19 +49,51 @@ impl Easing {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Key {
     /// The frame's number; parts of frames are allowed.
+    #[serde(serialize_with = "serialize_plain")]
     pub frame: f64,
     /// Distance in focus, in metres; may be infinite.
-    #[serde(default, rename = "focus-distance", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        rename = "focus-distance",
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "serialize_given"
+    )]
     pub focus_distance_m: Option<f64>,
     /// f-number.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", serialize_with = "serialize_given")]
     pub f_stop: Option<f64>,
     /// In millimetres.
-    #[serde(default, rename = "focal-length", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        rename = "focal-length",
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "serialize_given"
+    )]
     pub focal_length_mm: Option<f64>,
     /// How these values go on to their next keys.
     #[serde(default)]
     pub easing: Easing,
+}
+
+/// Writes a number as people do: whole ones without a point.
+///
+/// # Errors
+/// The serializer's.
+pub fn serialize_plain<S: Serializer>(value: &f64, to: S) -> std::result::Result<S::Ok, S::Error> {
+    /// Whole numbers up to this are exact in both forms.
+    const EXACT: f64 = 9e15;
+    if value.fract() == 0.0 && value.abs() < EXACT {
+        to.serialize_i64(*value as i64)
+    } else {
+        to.serialize_f64(*value)
+    }
+}
+
+fn serialize_given<S: Serializer>(value: &Option<f64>, to: S) -> std::result::Result<S::Ok, S::Error> {
+    match value {
+        Some(value) => serialize_plain(value, to),
+        None => to.serialize_none(),
+    }
 }
 
 /// A lens at one moment, as far as keys say.

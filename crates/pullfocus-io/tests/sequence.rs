@@ -139,3 +139,35 @@ fn frames_need_a_place_for_their_number() {
     let plan = folder.plan(&["take#2.exr"], "out.exr", None).unwrap();
     assert_eq!(name(&plan[0].input), "take#2.exr");
 }
+
+#[test]
+fn a_still_is_held_for_the_frames_asked_for() {
+    let folder = Folder::with(&["photo.exr", "IMG_2034.exr", "b.exr", "z.03.pfm", "z.04.pfm", "out/x"]);
+    let plan = folder
+        .plan_beside(
+            &["IMG_2034.exr"],
+            &[("depth", "z.##.pfm"), ("behind", "b.exr")],
+            "o.##.exr",
+            Some("3-4"),
+        )
+        .unwrap();
+    let all: Vec<_> = plan.iter().map(|f| (f.frame.unwrap(), name(&f.input), name(&f.output))).collect();
+    assert_eq!(all, [(3, "IMG_2034.exr", "o.03.exr"), (4, "IMG_2034.exr", "o.04.exr")]);
+    assert_eq!(name(&plan[1].companions[0]), "z.04.pfm");
+    // One frame of it needs no place for a number.
+    let plan = folder.plan(&["photo.exr"], "o.exr", Some("7")).unwrap();
+    assert_eq!((plan.len(), plan[0].frame, name(&plan[0].output)), (1, Some(7), "o.exr"));
+    for (inputs, output, words) in [
+        (&["photo.exr"][..], "o.exr", "o.exr: this is one name for 2 frames of a still"),
+        (&["photo.exr"], "out", "out: this is one name for 2 frames of a still"),
+        (&["photo.exr", "b.exr"], "o.#.exr", "give one picture alone"),
+        (&["gone.exr"], "o.#.exr", "no such file"),
+        (&["photo.exr"], "a.#.#.exr", "two places"),
+    ] {
+        let said = folder.plan(inputs, output, Some("3-4")).unwrap_err();
+        assert!(said.contains(words), "{said}");
+    }
+    // A picture of the sequence that was meant.
+    let said = folder.plan(&["IMG_2034.exr"], "o.####.exr", Some("2001-2100")).unwrap_err();
+    assert!(said.contains("frame 2034") && said.contains("shot.####.exr"), "{said}");
+}

@@ -3,8 +3,9 @@
 use crate::config::Options;
 use crate::failure::{Failure, Result};
 use crate::purpose::Purpose;
+use pullfocus_core::pull::Pull;
 use pullfocus_io::output::{Existing, Need, check_target};
-use pullfocus_io::sequence::{Frames, Pattern, Request, plan};
+use pullfocus_io::sequence::{Frames, Pattern, Request, number_in, plan};
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -106,7 +107,7 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
     let behind = if has_input { add("--behind", layers.1) } else { None };
     let frames = match &files.frames {
         Some(frames) => Some(frames.0.parse::<Frames>()?),
-        None => None,
+        None => held(&options.keys, &main, output)?,
     };
     let request = Request { inputs: main, companions, output, frames };
     let planned = planned(&request)?;
@@ -141,6 +142,18 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
             }
         })
         .collect())
+}
+
+/// The frames of a still with a moving lens, where nothing else says which: from the first key to the last.
+fn held(keys: &Pull, inputs: &[PathBuf], output: &Path) -> Result<Option<Frames>> {
+    let (Some(first), Some(last), [still]) = (keys.keys().first(), keys.keys().last(), inputs) else {
+        return Ok(None);
+    };
+    let alone = still.is_file() || Pattern::parse(still)?.is_none();
+    if !alone || number_in(still).is_some() || Pattern::parse(output)?.is_none() {
+        return Ok(None);
+    }
+    Ok(Some(format!("{:.0}-{:.0}", first.frame.floor(), last.frame.ceil()).parse()?))
 }
 
 /// The path as the system goes it: through links, without `.` and `..`, whether or not the file is there.

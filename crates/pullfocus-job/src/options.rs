@@ -2,7 +2,7 @@
 
 use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Shape, Unit};
 use clap::ValueEnum;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -11,9 +11,11 @@ use std::str::FromStr;
 macro_rules! options {
     ($(#[$meta:meta])* $name:ident { $( $(#[$field_meta:meta])* $field:ident: $ty:ty, )* }) => {
         $(#[$meta])*
-        #[derive(Debug, Clone, Default, PartialEq, clap::Args, Deserialize)]
+        #[derive(Debug, Clone, Default, PartialEq, clap::Args, Deserialize, Serialize)]
         #[serde(default, rename_all = "kebab-case")]
-        pub struct $name { $( $(#[$field_meta])* pub $field: Option<$ty>, )* }
+        pub struct $name {
+            $( $(#[$field_meta])* #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<$ty>, )*
+        }
 
         impl $name {
             /// These options, and where one is missing that of `below`.
@@ -39,6 +41,14 @@ fn one_or_more<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Opti
     }))
 }
 
+/// The way back from [`one_or_more`].
+fn as_one_or_more<S: serde::Serializer>(paths: &Option<Vec<PathBuf>>, to: S) -> Result<S::Ok, S::Error> {
+    match paths.as_deref() {
+        Some([one]) => one.serialize(to),
+        paths => paths.serialize(to),
+    }
+}
+
 options! {
     /// Which files are read and written.
     Files {
@@ -47,7 +57,7 @@ options! {
         /// Frames of a sequence are written `frame.####.exr` or `frame.%04d.exr`, or listed one by one. May be
         /// left out where --behind is given.
         #[arg(value_name = "IN")]
-        #[serde(deserialize_with = "one_or_more")]
+        #[serde(deserialize_with = "one_or_more", serialize_with = "as_one_or_more")]
         input: Vec<PathBuf>,
         /// File to write; its ending says the format. Frames as in IN.
         #[arg(short, long, value_name = "OUT", help_heading = "Files")]
@@ -65,7 +75,8 @@ options! {
         /// Bits of a PNG, TIFF, ...: 8, 16 or float; the most that the format usually has if not given.
         #[arg(long, value_name = "BITS", help_heading = "Files")]
         bits: BitsName,
-        /// Which frames of a sequence: 1001-1100, 1001-1100x2, 1,5,9.
+        /// Which frames of a sequence: 1001-1100, 1001-1100x2, 1,5,9. One picture is held for these frames, with OUT
+        /// written `frame.####.exr`.
         #[arg(long, value_name = "RANGE", help_heading = "Files")]
         frames: Label,
         /// Part of an OpenEXR file, by name or by number from 0.
@@ -111,7 +122,7 @@ options! {
 }
 
 /// What a depth channel's numbers mean.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DepthForm {
     /// Along the optical axis: OpenEXR's Z, most renderers
@@ -184,7 +195,7 @@ options! {
 }
 
 /// Settings by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PresetName {
     /// Two layers and one plain step: quick, for choosing focus and f-stop
@@ -194,7 +205,7 @@ pub enum PresetName {
 }
 
 /// How a layer is blurred.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
     /// Anisotropic heat diffusion, at the same cost for every size of circle: the default of preset preview
@@ -215,7 +226,7 @@ pub enum MethodName {
 }
 
 /// The shape of a point of light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PsfName {
     /// A Gaussian as wide as the aperture: the default
@@ -225,7 +236,7 @@ pub enum PsfName {
 }
 
 /// Where the tensor filter's sites lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SitesName {
     /// At the leaves of a quadtree over the circles, so that every pixel is served: the default
@@ -235,7 +246,7 @@ pub enum SitesName {
 }
 
 /// How a site of the tensor filter gathers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GatherName {
     /// Pixel by pixel
@@ -247,7 +258,7 @@ pub enum GatherName {
 }
 
 /// How a site of the tensor filter spreads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpreadName {
     /// Pixel by pixel
@@ -257,7 +268,7 @@ pub enum SpreadName {
 }
 
 /// How finely the pyramid draws.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum QualityName {
     /// The picture of --method naive to 50 dB: the default
@@ -267,7 +278,7 @@ pub enum QualityName {
 }
 
 /// What the pyramid does between two levels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MipmapName {
     /// Both levels, one going over smoothly into the other: the default
@@ -277,7 +288,7 @@ pub enum MipmapName {
 }
 
 /// Numbers in a GPU's memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StorageName {
     /// 32 bits
@@ -287,7 +298,7 @@ pub enum StorageName {
 }
 
 /// Which layers are made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayeringName {
     /// The plain one-layer method and nothing else
@@ -299,7 +310,7 @@ pub enum LayeringName {
 }
 
 /// How the heat equation is followed through time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum IntegratorName {
     /// The papers' implicit step, --steps times
@@ -311,7 +322,7 @@ pub enum IntegratorName {
 }
 
 /// Blur width for a circle of confusion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CalibrationName {
     /// d^2/32: as wide as a disc of diameter d
@@ -345,8 +356,18 @@ impl FromStr for BitsName {
 
 crate::values::from_text!(BitsName);
 
+impl Serialize for BitsName {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Eight => to.serialize_u8(8),
+            Self::Sixteen => to.serialize_u8(16),
+            Self::Float => to.serialize_str("float"),
+        }
+    }
+}
+
 /// Who solves the tridiagonal systems.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
     /// Elimination: exact, the quickest here

@@ -32,7 +32,8 @@ pub fn check(keys: &Pull, lens: &Lens, frames: &[FrameFiles]) -> Result<()> {
     }
     if let Some(frame) = frames.iter().find(|frame| frame.number.is_none()) {
         return Err(Failure::usage(format!(
-            "the lens has keys at frames, and {} is no frame with a number; name a sequence (shot.####.exr) or take the keys out",
+            "the lens has keys at frames, and {} is no frame with a number; name a sequence (shot.####.exr), hold the picture \
+             for some frames (--frames 1-48 -o out.####.exr), or take the keys out",
             frame.name()
         )));
     }
@@ -112,7 +113,7 @@ mod tests {
     fn keys_need_numbers() {
         let frame = |number| FrameFiles { number, input: Some("a.exr".into()), ..FrameFiles::default() };
         let said = check(&pull(), &Lens::default(), &[frame(Some(1)), frame(None)]).unwrap_err().to_string();
-        assert!(said.contains("a.exr") && said.contains("####"), "{said}");
+        assert!(said.contains("a.exr") && said.contains("--frames 1-48"), "{said}");
         assert!(check(&pull(), &Lens::default(), &[frame(Some(1))]).is_ok());
         assert!(check(&Pull::default(), &Lens::default(), &[frame(None)]).is_ok());
         let wide = Lens { aperture_diameter: Some(Number(0.01)), ..Lens::default() };

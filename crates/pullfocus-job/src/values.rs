@@ -3,6 +3,7 @@
 use pullfocus::Device;
 use pullfocus_core::{Aperture, Size};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
+use serde::ser::{Serialize, Serializer};
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -102,27 +103,23 @@ impl FromStr for Number {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit(pub f64);
 
+const UNITS: [(&str, f64); 7] =
+    [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("km", 1000.0), ("in", 0.0254), ("ft", 0.3048)];
+
 impl FromStr for Unit {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Ok(Self(match text.trim() {
-            "m" => 1.0,
-            "dm" => 0.1,
-            "cm" => 0.01,
-            "mm" => 0.001,
-            "km" => 1000.0,
-            "in" => 0.0254,
-            "ft" => 0.3048,
-            other => match number(other) {
-                Ok(value) if value.is_finite() && value > 0.0 => value,
-                _ => {
-                    return Err(format!(
-                        "'{other}' is no unit; write m, cm, mm, ft, in, or metres per unit such as 0.01"
-                    ));
-                }
-            },
-        }))
+        let text = text.trim();
+        if let Some((_, metres)) = UNITS.iter().find(|(name, _)| *name == text) {
+            return Ok(Self(*metres));
+        }
+        match number(text) {
+            Ok(value) if value.is_finite() && value > 0.0 => Ok(Self(value)),
+            _ => {
+                Err(format!("'{text}' is no unit; write m, cm, mm, ft, in, or metres per unit such as 0.01"))
+            }
+        }
     }
 }
 
@@ -140,18 +137,38 @@ impl FromStr for Largest {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        let (digits, make): (&str, fn(f64) -> Self) = if let Some(digits) = text.strip_suffix('%') {
-            (digits, |part| Self::Width(part / 100.0))
-        } else {
-            (text.strip_suffix("px").unwrap_or(text), Self::Pixels)
+        let size = match text.strip_suffix('%') {
+            Some(digits) => hundredth(digits).map(Self::Width),
+            None => number(text.strip_suffix("px").unwrap_or(text)).ok().map(Self::Pixels),
         };
-        match number(digits) {
-            Ok(value) if value.is_finite() && value >= 0.0 => Ok(make(value)),
-            _ => Err(format!(
-                "'{text}' is no size; write pixels such as 40, or a part of the width such as 2%"
-            )),
+        match size {
+            Some(Self::Pixels(value) | Self::Width(value)) if !(value.is_finite() && value >= 0.0) => None,
+            size => size,
         }
+        .ok_or_else(|| {
+            format!("'{text}' is no size; write pixels such as 40, or a part of the width such as 2%")
+        })
     }
+}
+
+/// A hundredth of a number, by its digits: rounded once, so that every part of a width has its percentage.
+fn hundredth(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let exponent = exponent.parse::<i32>().ok()?.checked_sub(2)?;
+    number(&format!("{digits}e{exponent}")).ok()
+}
+
+/// The way back from [`hundredth`].
+fn percentage(part: f64) -> String {
+    let plain = (100.0 * part).to_string();
+    if hundredth(&plain) == Some(part) {
+        return plain;
+    }
+    // Few numbers have no such neighbour.
+    let text = format!("{part:e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    format!("{digits}e{}", exponent.parse::<i32>().unwrap_or(0) + 2)
 }
 
 /// A range of distances in metres, `NEAR,FAR`.
@@ -264,6 +281,39 @@ impl FromStr for DeviceChoice {
 
 from_text!(Number, Unit, Largest, Range, Shape, Names, Label, DeviceChoice);
 
+/// Says how a value is written in TOML, so that it reads back as it was.
+macro_rules! to_toml {
+    ($($name:ty: |$value:ident, $to:ident| $write:expr;)*) => {$(
+        impl Serialize for $name {
+            fn serialize<S: Serializer>(&self, $to: S) -> Result<S::Ok, S::Error> {
+                let $value = self;
+                $write
+            }
+        }
+    )*};
+}
+
+to_toml! {
+    Number: |number, to| pullfocus_core::pull::serialize_plain(&number.0, to);
+    Unit: |unit, to| match UNITS.iter().find(|(_, metres)| *metres == unit.0) {
+        Some((name, _)) => to.serialize_str(name),
+        None => Number(unit.0).serialize(to),
+    };
+    Largest: |largest, to| match largest {
+        Self::Pixels(value) => Number(*value).serialize(to),
+        Self::Width(part) => to.serialize_str(&format!("{}%", percentage(*part))),
+    };
+    Range: |range, to| range.0.map(Number).serialize(to);
+    Shape: |shape, to| match shape {
+        Self::Disc => to.serialize_str("disc"),
+        Self::Blades(count) => to.serialize_str(&format!("blades:{count}")),
+        Self::Image(file) => to.serialize_str(&format!("image:{}", file.display())),
+    };
+    Names: |names, to| names.0.serialize(to);
+    Label: |label, to| to.serialize_str(&label.0);
+    DeviceChoice: |choice, to| to.collect_str(&choice.0);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -273,6 +323,7 @@ mod tests {
         assert_eq!("40".parse(), Ok(Largest::Pixels(40.0)));
         assert_eq!("40px".parse(), Ok(Largest::Pixels(40.0)));
         assert_eq!("2%".parse(), Ok(Largest::Width(0.02)));
+        assert_eq!("2e1 %".parse(), Ok(Largest::Width(0.2)));
         assert_eq!("cm".parse(), Ok(Unit(0.01)));
         assert_eq!("0.25".parse(), Ok(Unit(0.25)));
         assert_eq!("inf".parse(), Ok(Number(f64::INFINITY)));
@@ -315,7 +366,9 @@ mod tests {
         for (text, error) in [("3,1", "1.5,3"), ("4", "1.5,3"), ("nan,2", "1.5,3")] {
             assert!(text.parse::<Range>().unwrap_err().contains(error), "{text}");
         }
-        assert!("-1".parse::<Largest>().unwrap_err().contains("2%"));
+        for text in ["-1", "-1%", "inf%", "nan%", "1e400%", "1e-99999999999%", "%", "e%"] {
+            assert!(text.parse::<Largest>().unwrap_err().contains("2%"), "{text}");
+        }
         assert!("furlong".parse::<Unit>().unwrap_err().contains("metres per unit"));
         assert!("nan".parse::<Number>().is_err());
     }

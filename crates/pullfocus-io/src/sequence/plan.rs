@@ -17,7 +17,8 @@ pub struct Request {
     /// A pattern, a file (for one input), or a folder, where each output gets its input's name; none where nothing is
     /// written.
     pub output: Option<PathBuf>,
-    /// Which frames of a pattern; all that exist if nothing is said.
+    /// Which frames of a pattern; all that exist if nothing is said. For one picture that is no pattern: how often it
+    /// is rendered, and under which numbers (a held still, whose output is a pattern).
     pub frames: Option<Frames>,
 }
 
@@ -60,7 +61,10 @@ fn pattern_in(path: &Path) -> FileResult<Option<Pattern>> {
 /// [`FileError::Argument`] for a pattern without files, frames that are missing (as ranges), names that are
 /// missing a place for the frame number, and outputs that would overwrite inputs or one another.
 pub fn plan(request: &Request) -> FileResult<Vec<FrameFiles>> {
-    let inputs = inputs(request)?;
+    let inputs = match held(request)? {
+        Some(held) => held,
+        None => inputs(request)?,
+    };
     let mut frames: Vec<FrameFiles> = inputs
         .into_iter()
         .map(|(frame, input)| FrameFiles { frame, input, companions: vec![], output: PathBuf::new() })
@@ -75,16 +79,50 @@ pub fn plan(request: &Request) -> FileResult<Vec<FrameFiles>> {
     Ok(frames)
 }
 
+/// A frame's number, where it has one, and its input.
+type Numbered = (Option<i64>, PathBuf);
+
+/// The one picture of a held still, once for each frame; none where the request is for other things.
+fn held(request: &Request) -> FileResult<Option<Vec<Numbered>>> {
+    let (Some(frames), [path]) = (&request.frames, request.inputs.as_slice()) else { return Ok(None) };
+    if pattern_in(path)?.is_some() || !path.is_file() {
+        return Ok(None);
+    }
+    if let Some(number) = number_in(path).filter(|&number| frames.contains(number)) {
+        return argument(
+            path.display(),
+            format!(
+                "this is one picture, and by its name frame {number} of those asked for; name the sequence \
+                 (shot.####.exr), or give a still that is to be held a name without that number"
+            ),
+        );
+    }
+    if let Some(output) = &request.output
+        && frames.len() > 1
+        && (output.is_dir() || Pattern::parse(output)?.is_none())
+    {
+        return argument(
+            output.display(),
+            format!(
+                "this is one name for {} frames of a still; write a place for the frame number, like \
+                 out.####.exr, or name a sequence as the input (shot.####.exr)",
+                frames.len()
+            ),
+        );
+    }
+    Ok(Some(frames.iter().map(|frame| (Some(frame), path.clone())).collect()))
+}
+
 /// Frame numbers and input files.
-fn inputs(request: &Request) -> FileResult<Vec<(Option<i64>, PathBuf)>> {
+fn inputs(request: &Request) -> FileResult<Vec<Numbered>> {
     let mut found = Vec::new();
     for path in &request.inputs {
         let Some(pattern) = pattern_in(path)? else {
-            if request.frames.is_some() {
+            if request.frames.is_some() && request.inputs.len() > 1 {
                 return argument(
                     path.display(),
                     "frames were asked for, but the name has no place for a frame number; write it like \
-                     shot.####.exr",
+                     shot.####.exr, or give one picture alone to hold it",
                 );
             }
             if !path.is_file() {

@@ -1,4 +1,13 @@
-//! Settings files: TOML with the long names of the command line's options as keys.
+//! Settings files: TOML with the long names of the command line's options as keys, and for a shot `[[key]]`.
+//!
+//! Paths in a settings file count from its own folder, so that a shot can be moved with its pictures; [`read`] makes them
+//! paths of the working folder, [`write_to`] the other way round, and [`parse`] and [`write()`] leave them as
+//! they are.
+
+mod paths;
+mod write;
+
+pub use write::{write, write_to};
 
 use crate::failure::{Failure, Result};
 use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
@@ -73,9 +82,9 @@ pub const LARGEST_BYTES: u64 = 1 << 20;
 const KEY: &str = "key";
 
 /// The keys of a shot.
-#[derive(Debug, Default, serde::Deserialize)]
+#[derive(Debug, Default, serde::Deserialize, serde::Serialize)]
 struct Keyed {
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Pull::is_empty")]
     key: Pull,
 }
 
@@ -143,7 +152,7 @@ fn group<T: DeserializeOwned>(text: &str) -> std::result::Result<T, String> {
     })
 }
 
-/// Reads a settings file.
+/// Reads a settings file. Its relative paths count from its folder.
 ///
 /// # Errors
 /// [`Failure::Usage`], naming the file.
@@ -159,8 +168,12 @@ pub fn read(path: &Path) -> Result<Options> {
         return Err(unreadable(&"it is larger than 1 MiB, so it is no settings file"));
     }
     let text = String::from_utf8(bytes).map_err(|_| unreadable(&"it is not text in UTF-8"))?;
-    parse(&text)
-        .map_err(|reason| Failure::usage(format!("in the settings file {}, {reason}", path.display())))
+    let mut options = parse(&text)
+        .map_err(|reason| Failure::usage(format!("in the settings file {}, {reason}", path.display())))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    // An absolute path takes the folder's place.
+    paths::each(&mut options, |file| *file = folder.join(&file));
+    Ok(options)
 }
 
 #[cfg(test)]
