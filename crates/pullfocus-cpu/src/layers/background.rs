@@ -21,7 +21,7 @@
 use super::alone::even;
 use crate::rows::for_each_row;
 use crate::work::Work;
-use pullfocus_core::{Layering, Picture, Plane, Result};
+use pullfocus_core::{Layering, Method, Picture, Plane, Result};
 
 /// Planes that share one factorisation; larger pictures take one at a time, to save memory.
 const TOGETHER: usize = 4;
@@ -107,7 +107,14 @@ pub fn one_over_background(
         let ramp = Layering::background_ramp(layers - 1 - number, threshold);
         for group in planes.chunks_mut(together) {
             work.stage("background", |work| {
-                blur_background(work, group, coc, ramp, [&mut matte, &mut circle])
+                let mut unseen = Vec::new();
+                if work.method != Method::Diffusion {
+                    for plane in group.iter() {
+                        unseen.push(work.memory.planes.copy(plane)?);
+                    }
+                }
+                blur_background(work, group, coc, ramp, [&mut matte, &mut circle])?;
+                fill_unseen(work, group, unseen, ramp[1], &matte)
             })?;
         }
     }
@@ -123,6 +130,30 @@ pub fn one_over_background(
         })?;
     }
     work.memory.planes.give([matte, circle]);
+    Ok(())
+}
+
+/// Fills a background layer where it is not seen at all, from `unseen`, the picture before the blur. Diffusion has done that, and needs
+/// none; a spread knows nothing beyond the circles of what is seen, and its sums there are what rounding left.
+fn fill_unseen(
+    work: &mut Work<'_>,
+    layer: &mut [&mut Plane],
+    mut unseen: Vec<Plane>,
+    diameter: f32,
+    matte: &Plane,
+) -> Result<()> {
+    if unseen.is_empty() {
+        return Ok(());
+    }
+    work.fill(&mut unseen.iter_mut().collect::<Vec<_>>(), diameter, matte)?;
+    for (plane, unseen) in layer.iter_mut().zip(&unseen) {
+        for_each_row(plane, work.cancel, |y, row| {
+            for ((value, unseen), &alpha) in row.iter_mut().zip(unseen.row(y)).zip(matte.row(y)) {
+                *value = if alpha > 0.0 { *value } else { *unseen };
+            }
+        })?;
+    }
+    work.memory.planes.give(unseen);
     Ok(())
 }
 

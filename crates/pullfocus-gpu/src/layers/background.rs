@@ -4,7 +4,7 @@ use super::alone::{clear, leave};
 use crate::planes::{Group, Storage, workgroups};
 use crate::shader::{Spec, part, uniform};
 use crate::work::Work;
-use pullfocus_core::{Layering, Result, Size};
+use pullfocus_core::{Layering, Method, Result, Size};
 
 uniform! {
     /// See `matte.wgsl`.
@@ -12,7 +12,7 @@ uniform! {
 }
 
 uniform! {
-    /// See `blend.wgsl`.
+    /// See `blend.wgsl` and `unseen.wgsl`.
     BlendParams { width: u32, height: u32 }
 }
 
@@ -87,7 +87,14 @@ pub fn one_over_background(
         work.recorder.stage("background");
         let ramp = Layering::background_ramp(layers - 1 - number, threshold);
         for group in picture {
+            let unseen = match work.method {
+                Method::Diffusion => None,
+                _ => Some(copy_of(work, group)?),
+            };
             blur_background(work, group, coc, ramp, [&matte, &circle])?;
+            if let Some(unseen) = unseen {
+                fill_unseen(work, group, unseen, ramp[1], &matte)?;
+            }
         }
     }
     work.recorder.stage("composite");
@@ -99,6 +106,32 @@ pub fn one_over_background(
         leave(work, picture, None)?;
     }
     work.recorder.give([matte, circle]);
+    Ok(())
+}
+
+/// A group with the same values.
+fn copy_of(work: &mut Work<'_, '_>, group: &Group) -> Result<Group> {
+    let bytes = group.buffer.size();
+    let copy = Group { buffer: work.recorder.take(work.size, bytes)?, ..group.clone() };
+    work.recorder.encoder().copy_buffer_to_buffer(&group.buffer, 0, &copy.buffer, 0, bytes);
+    Ok(copy)
+}
+
+/// Fills a background layer where it is not seen at all, from `unseen`, the picture before the blur; see the CPU's.
+fn fill_unseen(
+    work: &mut Work<'_, '_>,
+    layer: &Group,
+    unseen: Group,
+    diameter: f32,
+    matte: &wgpu::Buffer,
+) -> Result<()> {
+    work.smooth(work.size, &[&unseen], diameter, Some(matte))?;
+    let [lane, px] = layer.parts();
+    let spec = Spec::new(&[lane, px, part!("layers/unseen")], &[]);
+    let params = BlendParams { width: work.size.width as u32, height: work.size.height as u32 };
+    let buffers = [matte, &unseen.buffer, &layer.buffer];
+    work.recorder.run(&spec, &params, &buffers, workgroups(work.size))?;
+    work.recorder.give([unseen.buffer]);
     Ok(())
 }
 
