@@ -410,6 +410,40 @@ fn layers_go_into_the_inputs_file() {
 }
 
 #[test]
+fn each_layer_is_written_alone() {
+    let folder = Folder::new();
+    let input = folder.frame("in.exr", 1);
+    let (near, far) = folder.layers("near.exr", "far.exr");
+    let shown = |what: &str| {
+        let output = folder.path(&format!("{}.exr", what.replace(':', "")));
+        let flags = ["--foreground", &near, "--behind", &far, "--layering", "single", "--show", what];
+        let text = ok(pullfocus([&["render", &input, "-o", &output], &flags[..], &LENS[..]].concat()));
+        assert!(text.contains("2 layers"), "{what}: {text}");
+        let document = pullfocus_io::Document::open(&output, &pullfocus_io::Limits::default()).unwrap();
+        document.select(&pullfocus_io::Selection::default()).unwrap().picture
+    };
+    let all = ["result", "layer:0", "layer:1", "matte:0", "matte:1", "layer:2"];
+    let [result, behind, front, everywhere, matte, none] = all.map(shown);
+    for plane in 0..3 {
+        let value = |picture: &pullfocus_core::Picture, i: usize| picture.colors[plane].data()[i];
+        for i in 0..common::WIDTH * common::HEIGHT {
+            let covers = value(&matte, i);
+            assert!((0.0..=1.0).contains(&covers) && value(&everywhere, i) == 1.0 && value(&none, i) == 0.0);
+            let laid = value(&front, i) + (1.0 - covers) * value(&behind, i);
+            // Four halves of at most 1, each rounded by 2^-12.
+            assert!((laid - value(&result, i)).abs() <= 4.0 * 2.0f32.powi(-12), "{plane} {i}: {laid}");
+        }
+        // The near strip covers the left border, and nothing reaches the right one.
+        let row = 10 * common::WIDTH;
+        assert!(value(&matte, row) > 0.5 && value(&front, row) > 0.0, "{plane}");
+        assert_eq!(
+            [value(&matte, row + common::WIDTH - 1), value(&front, row + common::WIDTH - 1)],
+            [0.0; 2]
+        );
+    }
+}
+
+#[test]
 fn a_camera_in_the_file_fills_what_was_not_given() {
     let folder = Folder::new();
     let input = folder.frame_with_camera("in.exr");

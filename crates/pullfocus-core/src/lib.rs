@@ -48,7 +48,7 @@ pub use depth::{DepthDecoding, DepthKind};
 pub use diffusion::{Diffusion, Integrator, Solver};
 pub use error::{Error, Result};
 pub use frame::{Frame, Window};
-pub use layers::Layering;
+pub use layers::{Layering, Show};
 pub use method::{Method, Mipmap, Psf, Quality};
 pub use picture::Picture;
 pub use plane::Plane;

@@ -9,7 +9,8 @@ pub struct Report {
     pub stages: Vec<Stage>,
     /// Smallest and largest signed diameter in the picture, in pixels.
     pub coc_range: [f32; 2],
-    /// How many layers were blurred.
+    /// How many layers make up the result, whichever of them are shown ([`crate::Show`]): at least 1 where there are pixels. A foreground
+    /// that was given on its own counts as one; a picture in focus is one.
     pub layers: usize,
     /// How many highlights were spread, where that was asked for.
     pub highlights: Option<usize>,

@@ -5,7 +5,7 @@ use crate::bokeh::Bokeh;
 use crate::coc::CocSettings;
 use crate::diffusion::{Diffusion, Integrator};
 use crate::error::Result;
-use crate::layers::Layering;
+use crate::layers::{Layering, Show};
 use crate::method::{Method, Mipmap, Psf, Quality};
 use crate::tensor::Tensor;
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,8 @@ pub struct Settings {
     pub coc: CocSettings,
     /// Which layers the picture is taken apart into.
     pub layering: Layering,
+    /// Whether all of these layers are laid down, or one alone.
+    pub show: Show,
     /// Which method blurs a layer.
     pub method: Method,
     /// The shape of a point of light, where the method has a choice.

@@ -9,7 +9,7 @@ use pullfocus_core::depth::HALF_MAX;
 use pullfocus_core::picture::LARGEST;
 use pullfocus_core::{
     Camera, Cancel, Distance, Element, Error, Frame, Layering, Picture, Plane, Report, Result, Scene,
-    Settings,
+    Settings, Show,
 };
 
 /// Renders frames, one after the other; its buffers stay from frame to frame.
@@ -71,30 +71,26 @@ impl Renderer {
         work.report.coc_range = coc_range;
         work.report.highlights = settings.bokeh.map(|_| 0);
 
-        match settings.layering {
+        let layers = match settings.layering {
             Layering::Single => {
-                work.report.layers = 1;
-                let mut lights = work.take_lights(&mut colors(&mut base.picture), &self.coc)?;
-                let mut planes: Vec<&mut Plane> = base.picture.planes_mut().collect();
-                work.stage("blur", |work| work.blur(&mut planes, &self.coc, None))?;
-                let seen = Shown::ByCircle(&self.coc);
-                work.add_lights(&mut lights, &mut colors(&mut base.picture), seen)?;
-                work.give_lights(lights);
+                blur_picture(&mut work, &mut base.picture, &self.coc)?;
+                1
             }
             Layering::Background { layers, threshold } => {
                 let threshold = threshold as f32 * work.display_width;
-                let mut lights = work.take_lights(&mut colors(&mut base.picture), &self.coc)?;
-                layers::blur_over_background(&mut work, &mut base.picture, &self.coc, layers, threshold)?;
-                let seen = Shown::ByCircle(&self.coc);
-                work.add_lights(&mut lights, &mut colors(&mut base.picture), seen)?;
-                work.give_lights(lights);
+                blur_with_background(&mut work, &mut base.picture, &self.coc, layers, threshold)?;
+                1 + layers as usize
             }
             // All in focus: the picture itself, to the last bit.
-            Layering::General { .. } if in_focus => {}
-            Layering::General { layers } => {
-                layers::blur_layers(&mut work, &mut base.picture, &self.coc, layers)?;
+            Layering::General { .. } if in_focus => {
+                only_layer(&mut work, &mut base.picture, |_, _| Ok(()))?;
+                1
             }
-        }
+            Layering::General { layers } => {
+                layers::blur_layers(&mut work, &mut base.picture, &self.coc, layers)?
+            }
+        };
+        work.report.layers = layers;
 
         if let Some(element) = foreground {
             let alpha = element.picture.alpha.as_ref().ok_or(Error::Setting {
@@ -102,14 +98,17 @@ impl Renderer {
                 value: 0.0,
                 reason: "must be there: alpha says where the foreground covers the picture",
             })?;
-            layers::blur_element_over(
-                &mut work,
-                &element.picture,
-                alpha,
-                &self.foreground_coc,
-                &self.coc,
-                &mut base.picture,
-            )?;
+            work.report.layers += 1;
+            if work.show.alone().is_none_or(|number| number as usize == layers) {
+                layers::blur_element_over(
+                    &mut work,
+                    &element.picture,
+                    alpha,
+                    &self.foreground_coc,
+                    &self.coc,
+                    &mut base.picture,
+                )?;
+            }
         }
         Ok(report)
     }
@@ -139,6 +138,52 @@ impl Renderer {
 /// The planes that are light: alpha is none.
 fn colors(picture: &mut Picture) -> Vec<&mut Plane> {
     picture.colors.iter_mut().collect()
+}
+
+/// Shows a picture that is one layer, number 0, and that `blur` makes.
+fn only_layer(
+    work: &mut Work<'_>,
+    picture: &mut Picture,
+    blur: impl FnOnce(&mut Work<'_>, &mut Picture) -> Result<()>,
+) -> Result<()> {
+    match work.show {
+        Show::Result | Show::Layer(0) => blur(work, picture),
+        Show::Matte(0) => layers::even(picture.planes_mut(), 1.0, work.cancel),
+        Show::Layer(_) | Show::Matte(_) => layers::even(picture.planes_mut(), 0.0, work.cancel),
+    }
+}
+
+/// One layer, and nothing else.
+fn blur_picture(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane) -> Result<()> {
+    only_layer(work, picture, |work, picture| {
+        let mut lights = work.take_lights(&mut colors(picture), coc)?;
+        let mut planes: Vec<&mut Plane> = picture.planes_mut().collect();
+        work.stage("blur", |work| work.blur(&mut planes, coc, None))?;
+        work.add_lights(&mut lights, &mut colors(picture), Shown::ByCircle(coc))?;
+        work.give_lights(lights);
+        Ok(())
+    })
+}
+
+/// The midground over background layers; `threshold` is in pixels.
+fn blur_with_background(
+    work: &mut Work<'_>,
+    picture: &mut Picture,
+    coc: &Plane,
+    layers: u32,
+    threshold: f32,
+) -> Result<()> {
+    let mut lights = work.take_lights(&mut colors(picture), coc)?;
+    match work.show.alone() {
+        None => layers::blur_over_background(work, picture, coc, layers, threshold)?,
+        Some(number) => layers::one_over_background(work, picture, coc, [layers, number], threshold)?,
+    }
+    // They are laid down after the last of these layers, the midground.
+    if matches!(work.show, Show::Result) || work.show == Show::Layer(layers) {
+        work.add_lights(&mut lights, &mut colors(picture), Shown::ByCircle(coc))?;
+    }
+    work.give_lights(lights);
+    Ok(())
 }
 
 /// The circle of confusion of one element, from its depth as it is or mended.

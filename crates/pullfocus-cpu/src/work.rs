@@ -7,7 +7,7 @@ use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
     Aperture, ApertureShape, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality,
-    Report, Result, Settings, Solver, Tensor,
+    Report, Result, Settings, Show, Solver, Tensor,
 };
 use std::time::Instant;
 
@@ -32,6 +32,8 @@ pub struct Work<'a> {
     pub psf: Psf,
     /// The aperture's shape, where it is spread.
     pub aperture: &'a Aperture,
+    /// Which layers are laid down.
+    pub show: Show,
     /// What becomes of highlights, if they are spread.
     pub look: Option<Look<'a>>,
     /// How finely the pyramid draws.
@@ -82,6 +84,7 @@ impl<'a> Work<'a> {
                 }
                 _ => &settings.aperture,
             },
+            show: settings.show,
             look: settings.bokeh.map(|bokeh| Look::new(frame, bokeh, &settings.aperture)),
             quality: settings.quality,
             mipmap: settings.mipmap,

@@ -42,3 +42,4 @@ impl RenderSubject for Whole {
 pullfocus_testkit::diffusion_conformance!(diffuser());
 pullfocus_testkit::render_conformance!(Whole::default());
 pullfocus_testkit::bokeh_conformance!(Whole::default());
+pullfocus_testkit::show_conformance!(Whole::default());

@@ -369,7 +369,7 @@ impl Host {
                 Layering::Single => 1,
                 Layering::Background { layers, .. } => 1 + layers as usize,
                 // All in focus: the picture itself.
-                Layering::General { .. } if in_focus => 0,
+                Layering::General { .. } if in_focus => 1,
                 Layering::General { .. } => base.layers_found(&mut recorder)?,
             };
         let values = download(&mut recorder, size, &base.element.groups, base.element.planes)?;

@@ -99,7 +99,7 @@ pub fn apart_and_together(context: &Context, apart: &Apart<'_>, most_bytes: u64)
         for group in &picture {
             result.push(Group::take(work.recorder, size, group.planes, apart.storage)?);
         }
-        layers::composite(work, &result, count, &layers)?;
+        layers::composite(work, &result, count, &layers, 0)?;
         fetch(work, &result, count)
     })
 }

@@ -1,10 +1,10 @@
 //! The sentence, in code: image + depth + camera → circle of confusion → layers → method → composite.
 
 use crate::bokeh::{Lights, Shown};
-use crate::layers;
+use crate::layers::{self, Count};
 use crate::planes::Group;
 use crate::work::Work;
-use pullfocus_core::{Layering, Result, Settings};
+use pullfocus_core::{Layering, Result, Settings, Show};
 
 /// A picture and its circles of confusion, on the device.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ impl Element {
     }
 }
 
-/// Blurs `base` in place, and lays `foreground`, blurred, over it: its last plane is alpha.
+/// Blurs `base` in place, and lays `foreground`, blurred, over it: its last plane is alpha. What is shown of that may be one layer alone.
 ///
 /// # Errors
 /// As [`crate::diffusion::diffuse`].
@@ -42,31 +42,57 @@ pub fn render(
     settings: &Settings,
 ) -> Result<()> {
     let picture: Vec<&Group> = base.used().iter().collect();
-    match settings.layering {
+    let layers = match settings.layering {
         Layering::Single => {
-            let lights = work.take_lights(&picture, base.colors, [&base.coc; 2])?;
-            work.recorder.stage("blur");
-            work.blur(&picture, &base.coc, None)?;
-            bring_back(work, lights, &picture, Shown::ByCircle(&base.coc))?;
+            blur_picture(work, &picture, base)?;
+            Count::Known(1)
         }
         Layering::Background { layers, threshold } => {
             let threshold = threshold as f32 * work.display_width;
             let lights = work.take_lights(&picture, base.colors, [&base.coc; 2])?;
-            layers::blur_over_background(work, &picture, &base.coc, layers, threshold)?;
-            bring_back(work, lights, &picture, Shown::ByCircle(&base.coc))?;
+            match work.show.alone() {
+                None => layers::blur_over_background(work, &picture, &base.coc, layers, threshold)?,
+                Some(number) => {
+                    layers::one_over_background(work, &picture, &base.coc, [layers, number], threshold)?;
+                }
+            }
+            // They are laid down after the last of these layers, the midground.
+            let shown = matches!(work.show, Show::Result) || work.show == Show::Layer(layers);
+            bring_back(work, lights, &picture, shown.then_some(Shown::ByCircle(&base.coc)))?;
+            Count::Known(1 + layers)
         }
         Layering::General { layers } => {
             layers::blur_layers(work, &base.groups, [base.colors, base.planes], &base.coc, layers)?;
+            Count::Found(layers)
         }
+    };
+    let Some(element) = foreground else { return Ok(()) };
+    let coc = (&element.coc, &base.coc);
+    let alpha = element.planes - 1;
+    match work.show {
+        Show::Result => layers::blur_element_over(work, element.used(), alpha, coc, &picture),
+        _ => layers::show_element(work, element.used(), alpha, coc, &picture, layers),
     }
-    if let Some(element) = foreground {
-        let coc = (&element.coc, &base.coc);
-        layers::blur_element_over(work, element.used(), element.planes - 1, coc, &picture)?;
-    }
-    Ok(())
 }
 
-/// Adds lights that were taken out, and gives their memory back.
+/// One layer, and nothing else.
+fn blur_picture(work: &mut Work<'_, '_>, picture: &[&Group], base: &Element) -> Result<()> {
+    match work.show {
+        Show::Result | Show::Layer(0) => {
+            let lights = work.take_lights(picture, base.colors, [&base.coc; 2])?;
+            work.recorder.stage("blur");
+            work.blur(picture, &base.coc, None)?;
+            bring_back(work, lights, picture, Some(Shown::ByCircle(&base.coc)))
+        }
+        Show::Matte(0) => layers::leave(work, picture, None),
+        Show::Layer(_) | Show::Matte(_) => {
+            layers::clear(work, picture);
+            Ok(())
+        }
+    }
+}
+
+/// Adds lights that were taken out, where they are shown, and gives their memory back.
 ///
 /// # Errors
 /// As [`Work::take_lights`].
@@ -74,10 +100,12 @@ pub fn bring_back(
     work: &mut Work<'_, '_>,
     lights: Option<Lights>,
     groups: &[&Group],
-    shown: Shown<'_>,
+    shown: Option<Shown<'_>>,
 ) -> Result<()> {
     if let Some(lights) = lights {
-        lights.add(work, groups, shown)?;
+        if let Some(shown) = shown {
+            lights.add(work, groups, shown)?;
+        }
         lights.give_back(work.recorder);
     }
     Ok(())

@@ -13,7 +13,7 @@ use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
     Aperture, ApertureShape, Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Error, Frame, Integrator,
-    Layering, Lens, Method, Preset, Settings, Size,
+    Layering, Lens, Method, Preset, Settings, Show, Size,
 };
 use std::collections::BTreeSet;
 use wgpu::TextureFormat as Format;
@@ -85,8 +85,13 @@ fn frames(context: &Context, size: Size, storage: Storage) {
         lights(Layering::Single, 0.5, heart),
     ];
     let preview = Settings::preset(Preset::Preview);
+    let alone = |base: &Settings| {
+        let shows = [Show::Layer(0), Show::Layer(2), Show::Matte(0), Show::Matte(2), Show::Layer(99)];
+        shows.map(|show| Settings { show, ..base.clone() })
+    };
+    let alone = [&disc, &background, &thick, &highlights[0], &highlights[2]].map(alone);
     let plain = [disc, many, background, preview, one, thick, last];
-    for settings in plain.into_iter().chain(highlights) {
+    for settings in plain.into_iter().chain(highlights).chain(alone.into_iter().flatten()) {
         for alpha in [false, true] {
             for depth in [&planar, &hardware] {
                 let depth = Depth { view: depth, decoding: Some(DepthDecoding::default()) };

@@ -6,7 +6,7 @@ use crate::planes::{Group, Storage};
 use crate::recorder::Recorder;
 use crate::spreading::{self, Spread};
 use pullfocus_core::diffusion::Calibration;
-use pullfocus_core::{Aperture, Diffusion, Frame, Integrator, Method, Result, Settings, Size, Solver};
+use pullfocus_core::{Aperture, Diffusion, Frame, Integrator, Method, Result, Settings, Show, Size, Solver};
 
 /// One render's surroundings.
 pub struct Work<'w, 'r> {
@@ -18,6 +18,8 @@ pub struct Work<'w, 'r> {
     pub method: Method,
     /// The aperture's shape, where it is spread.
     pub aperture: &'w Aperture,
+    /// Which layers are laid down.
+    pub show: Show,
     /// How diffusion blurs a layer.
     pub diffusion: Diffusion,
     /// Pixels of height for one pixel of width.
@@ -57,6 +59,7 @@ impl<'w, 'r> Work<'w, 'r> {
             size: frame.data.size,
             method: settings.method,
             aperture: spreading::aperture_of(settings),
+            show: settings.show,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),
             display_width: frame.display_width() as f32,

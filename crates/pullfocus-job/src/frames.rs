@@ -107,7 +107,7 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
     let behind = if has_input { add("--behind", layers.1) } else { None };
     let frames = match &files.frames {
         Some(frames) => Some(frames.0.parse::<Frames>()?),
-        None => held(&options.keys, &main, output)?,
+        None => held(&options.keys, &main, output.as_deref())?,
     };
     let request = Request { inputs: main, companions, output, frames };
     let planned = planned(&request)?;
@@ -145,12 +145,17 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
 }
 
 /// The frames of a still with a moving lens, where nothing else says which: from the first key to the last.
-fn held(keys: &Pull, inputs: &[PathBuf], output: &Path) -> Result<Option<Frames>> {
+fn held(keys: &Pull, inputs: &[PathBuf], output: Option<&Path>) -> Result<Option<Frames>> {
     let (Some(first), Some(last), [still]) = (keys.keys().first(), keys.keys().last(), inputs) else {
         return Ok(None);
     };
     let alone = still.is_file() || Pattern::parse(still)?.is_none();
-    if !alone || number_in(still).is_some() || Pattern::parse(output)?.is_none() {
+    let named = match output {
+        Some(output) => Pattern::parse(output)?.is_some(),
+        // Nothing is written.
+        None => true,
+    };
+    if !alone || number_in(still).is_some() || !named {
         return Ok(None);
     }
     Ok(Some(format!("{:.0}-{:.0}", first.frame.floor(), last.frame.ceil()).parse()?))

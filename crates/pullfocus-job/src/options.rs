@@ -1,6 +1,6 @@
 //! Every option, once: the same declaration serves the command line and the settings file.
 
-use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Shape, Unit};
+use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Shape, Shown, Unit};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -450,6 +450,10 @@ options! {
         /// Background layering: diameter, in widths of the picture, from which on all is background.
         #[arg(long, value_name = "PART", allow_negative_numbers = true, help_heading = "Blur")]
         layer_threshold: Number,
+        /// What is shown: result (the default), or one layer alone: layer:N is its colour, premultiplied over nothing, matte:N how
+        /// much it covers, 0 to 1. N is 0 for the farthest; a foreground is the last. A run tells how many layers there are.
+        #[arg(long, value_name = "WHAT", help_heading = "Blur")]
+        show: Shown,
         /// How the diffusion is followed through time.
         #[arg(long, value_name = "NAME", help_heading = "Blur")]
         integrator: IntegratorName,

@@ -40,6 +40,7 @@ pub fn settings(blur: &Blur, circle: &Circle, depth: &Depth) -> Result<Settings>
     let settings = Settings {
         coc: coc(circle)?,
         layering: layering(blur, base.layering)?,
+        show: blur.show.map_or(base.show, |shown| shown.0),
         method,
         psf,
         aperture: aperture(blur)?,
@@ -381,6 +382,7 @@ pub fn decoding(depth: &Depth) -> Result<DepthDecoding> {
 mod tests {
     use super::*;
     use crate::config::parse;
+    use pullfocus_core::Show;
 
     fn made(text: &str) -> Result<Settings> {
         let options = parse(text).unwrap();
@@ -422,6 +424,9 @@ mod tests {
         }
         let jacobi = made("solver = 'jacobi'\nsweeps = 50").unwrap();
         assert_eq!(jacobi.diffusion.solver, Solver::Jacobi(JacobiStop::Sweeps(50)));
+        assert_eq!(made("").unwrap().show, Show::Result);
+        assert_eq!(made("show = 'layer:2'").unwrap().show, Show::Layer(2));
+        assert_eq!(made("show = 'matte:0'\nlayering = 'single'").unwrap().show, Show::Matte(0));
         let coc = made("max-coc = '3%'\nfront = 0.5\nback = 2\nprotect = '1,2'").unwrap().coc;
         assert_eq!(
             (coc.max_width, coc.front, coc.back, coc.protect_m),

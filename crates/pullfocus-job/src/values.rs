@@ -1,7 +1,7 @@
 //! Values that people write in more than one way, on the command line and in a settings file alike.
 
 use pullfocus::Device;
-use pullfocus_core::{Aperture, Size};
+use pullfocus_core::{Aperture, Show, Size};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 use std::fmt;
@@ -218,6 +218,29 @@ impl FromStr for Shape {
     }
 }
 
+/// Which layers are laid down: result, layer:N, matte:N.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shown(pub Show);
+
+impl FromStr for Shown {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let (what, number) = text.split_once(':').unwrap_or((text, ""));
+        let number = number.trim();
+        let shown = match (what.trim(), number.parse()) {
+            ("result", _) if number.is_empty() => Some(Show::Result),
+            ("layer", Ok(number)) => Some(Show::Layer(number)),
+            ("matte", Ok(number)) => Some(Show::Matte(number)),
+            _ => None,
+        };
+        shown.map(Self).ok_or_else(|| {
+            format!("'{text}' cannot be shown; write result, or layer:0 or matte:0 with the layer's number from the farthest, 0")
+        })
+    }
+}
+
 /// Names separated by commas, or a list in TOML.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Names(pub Vec<String>);
@@ -279,7 +302,7 @@ impl FromStr for DeviceChoice {
     }
 }
 
-from_text!(Number, Unit, Largest, Range, Shape, Names, Label, DeviceChoice);
+from_text!(Number, Unit, Largest, Range, Shape, Shown, Names, Label, DeviceChoice);
 
 /// Says how a value is written in TOML, so that it reads back as it was.
 macro_rules! to_toml {
@@ -303,6 +326,11 @@ to_toml! {
         Self::Pixels(value) => Number(*value).serialize(to),
         Self::Width(part) => to.serialize_str(&format!("{}%", percentage(*part))),
     };
+    Shown: |shown, to| to.serialize_str(&match shown.0 {
+        Show::Result => "result".to_owned(),
+        Show::Layer(number) => format!("layer:{number}"),
+        Show::Matte(number) => format!("matte:{number}"),
+    });
     Range: |range, to| range.0.map(Number).serialize(to);
     Shape: |shape, to| match shape {
         Self::Disc => to.serialize_str("disc"),
@@ -351,6 +379,16 @@ mod tests {
             ("image: ", "image:FILE"),
         ] {
             assert!(text.parse::<Shape>().unwrap_err().contains(word), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_shown_is_read() {
+        assert_eq!("result".parse(), Ok(Shown(Show::Result)));
+        assert_eq!("layer:0".parse(), Ok(Shown(Show::Layer(0))));
+        assert_eq!("matte: 12".parse(), Ok(Shown(Show::Matte(12))));
+        for text in ["", "layer", "layer:", "layer:-1", "layer:x", "matte:1.5", "result:1", "3"] {
+            assert!(text.parse::<Shown>().unwrap_err().contains("layer:0"), "{text}");
         }
     }
 

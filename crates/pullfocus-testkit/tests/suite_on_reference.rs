@@ -79,6 +79,8 @@ fn the_lists_hold_every_check_and_their_checks_run() {
     assert_eq!(render.len(), declared(include_str!("../src/conformance/render.rs")));
     let bokeh = pullfocus_testkit::bokeh_checks!(Renders);
     assert_eq!(bokeh.len(), declared(include_str!("../src/conformance/bokeh.rs")));
+    let show = pullfocus_testkit::show_checks!(Renders);
+    assert_eq!(show.len(), declared(include_str!("../src/conformance/show.rs")));
     let (_, check) = diffusion.iter().find(|(name, _)| *name == "odd_settings_are_refused").expect("a check");
     let mut subject: Diffuses = subject;
     check(&mut subject);

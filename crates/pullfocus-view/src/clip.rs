@@ -28,7 +28,7 @@ impl Clip {
     /// [`Failure`]: options that do not go together, files that are not there.
     pub fn open(options: &Options) -> Result<Self> {
         // How the picture is blurred is not what is opened: a lens that is wrong now can be set right in the window.
-        let options = Options { lens: Default::default(), keys: Default::default(), ..options.clone() };
+        let options = Options { lens: Default::default(), ..options.clone() };
         let mut job = Job::new(&options, Purpose::View)?;
         job.fallback = FileCamera::assumed();
         let named =
@@ -61,6 +61,18 @@ impl Clip {
     pub fn nearest(&self, number: f64) -> usize {
         let distance = |index: &usize| (self.number(*index) as f64 - number).abs();
         (0..self.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+    }
+
+    /// The first frame with the same files: a held still is read once.
+    pub fn source(&self, index: usize) -> usize {
+        let Some(files) = self.files(index) else { return index };
+        let same = |other: &FrameFiles| FrameFiles { number: files.number, ..other.clone() } == *files;
+        self.job.frames[..index].iter().position(same).unwrap_or(index)
+    }
+
+    /// Whether it is one picture without a number, which can be held.
+    pub fn is_still(&self) -> bool {
+        self.len() == 1 && self.files(0).is_some_and(|files| files.number.is_none())
     }
 
     /// Reads a frame.

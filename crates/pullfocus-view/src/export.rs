@@ -69,7 +69,12 @@ impl Export {
     ///
     /// # Errors
     /// The system's, if there is no thread to be had.
-    pub fn start(ctx: &egui::Context, clip: Arc<Clip>, document: Document, order: Order) -> std::io::Result<Self> {
+    pub fn start(
+        ctx: &egui::Context,
+        clip: Arc<Clip>,
+        document: Document,
+        order: Order,
+    ) -> std::io::Result<Self> {
         let progress = Arc::new(Mutex::new(Progress::default()));
         let cancel = Cancel::new();
         let (theirs, stop, ctx) = (Arc::clone(&progress), cancel.clone(), ctx.clone());
@@ -88,9 +93,10 @@ impl Export {
             let mut progress = theirs.lock().unwrap_or_else(PoisonError::into_inner);
             progress.end = Some(match end {
                 Ok(()) => Ok(format!("Wrote {}.", order.output.display())),
-                Err(_) if stop.is_cancelled() => {
-                    Err(format!("Stopped: {} of {} frames are written, none by half.", progress.done, progress.of))
-                }
+                Err(_) if stop.is_cancelled() => Err(format!(
+                    "Stopped: {} of {} frames are written, none by half.",
+                    progress.done, progress.of
+                )),
                 Err(failure) => Err(failure.to_string()),
             });
             drop(progress);
@@ -197,7 +203,8 @@ fn pictures(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, te
     storage::check_preview(&order.output)?;
     tell(0, clip.len());
     frames(clip, document, order, cancel, |index, canvas| {
-        let output = pattern.as_ref().map_or_else(|| order.output.clone(), |pattern| pattern.file(clip.number(index)));
+        let output =
+            pattern.as_ref().map_or_else(|| order.output.clone(), |pattern| pattern.file(clip.number(index)));
         storage::save_canvas(&canvas, &output, existing(order))?;
         tell(index + 1, clip.len());
         Ok(())
@@ -209,11 +216,15 @@ const ENCODER: &str = "ffmpeg";
 
 fn movie(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, tell: Tell<'_>) -> Result<()> {
     if order.output.exists() && !order.overwrite {
-        return Err(Failure::failed(format!("{}: it is already there; allow to replace it, or choose another name", order.output.display())));
+        return Err(Failure::failed(format!(
+            "{}: it is already there; allow to replace it, or choose another name",
+            order.output.display()
+        )));
     }
     tell(0, clip.len());
     // Under another name until it is whole; the ending says the format.
-    let ending = order.output.extension().map_or("mp4".into(), |ending| ending.to_string_lossy().into_owned());
+    let ending =
+        order.output.extension().map_or("mp4".into(), |ending| ending.to_string_lossy().into_owned());
     let half = order.output.with_extension(format!("part.{ending}"));
     let result = (|| {
         let mut child: Option<Child> = None;
@@ -222,7 +233,9 @@ fn movie(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, tell:
                 Some(child) => child,
                 none => none.insert(encoder(&half, &canvas, order.fps)?),
             };
-            let Some(pipe) = &mut encoder.stdin else { return Err(Failure::failed("the encoder takes no pictures")) };
+            let Some(pipe) = &mut encoder.stdin else {
+                return Err(Failure::failed("the encoder takes no pictures"));
+            };
             pipe.write_all(&canvas.data).map_err(|error| Failure::failed(format!("{ENCODER}: {error}")))?;
             tell(index + 1, clip.len());
             Ok(())

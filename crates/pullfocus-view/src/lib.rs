@@ -4,13 +4,13 @@
 pub mod clip;
 pub mod document;
 pub mod engine;
+mod export;
 pub mod histogram;
 pub mod loader;
+pub mod look;
 pub mod opening;
 pub mod proxy;
 pub mod screen;
-mod export;
-pub mod look;
 pub mod session;
 pub mod ui;
 pub mod window;

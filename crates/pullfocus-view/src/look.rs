@@ -27,15 +27,8 @@ pub enum View {
 
 impl View {
     /// All of them, in the order of their keys 1 to 7.
-    pub const ALL: [Self; 7] = [
-        Self::Result,
-        Self::Pinhole,
-        Self::Depth,
-        Self::Coc,
-        Self::Other,
-        Self::Reference,
-        Self::Difference,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Result, Self::Pinhole, Self::Depth, Self::Coc, Self::Other, Self::Reference, Self::Difference];
 
     /// Its name, and what it shows.
     pub fn text(self) -> (&'static str, &'static str) {
@@ -44,11 +37,15 @@ impl View {
             Self::Other => ("Take B", "The picture through the lens and settings of take B."),
             Self::Pinhole => ("Pinhole", "The picture as it was rendered, all in focus."),
             Self::Depth => ("Depth", "How far away each pixel is: near is bright, nothing there is black."),
-            Self::Coc => {
-                ("Circle of confusion", "How blurred each pixel is: red in front of focus, green in focus, blue behind.")
-            }
+            Self::Coc => (
+                "Circle of confusion",
+                "How blurred each pixel is: red in front of focus, green in focus, blue behind.",
+            ),
             Self::Reference => ("Reference", "The picture to compare with; open one below."),
-            Self::Difference => ("Difference", "Where take A differs from the reference, as people see it (FLIP): bright is more."),
+            Self::Difference => (
+                "Difference",
+                "Where take A differs from the reference, as people see it (FLIP): bright is more.",
+            ),
         }
     }
 }

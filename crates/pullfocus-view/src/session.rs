@@ -47,7 +47,9 @@ impl Session {
     /// # Errors
     /// One sentence; the old session then stands as it was.
     pub fn write(&self, path: &Path) -> Result<(), String> {
-        let told = |error: &dyn std::fmt::Display| format!("{}: the session cannot be kept: {error}", path.display());
+        let told = |error: &dyn std::fmt::Display| {
+            format!("{}: the session cannot be kept: {error}", path.display())
+        };
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| told(&error))?;
         }

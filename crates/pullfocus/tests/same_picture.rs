@@ -4,8 +4,8 @@
 mod same {
     use libtest_mimic::{Arguments, Trial};
     use pullfocus_core::{
-        Aperture, Cancel, Distance, Element, Frame, Layering, Method, Picture, Plane, Preset, Scene,
-        Settings, Size, Storage,
+        Aperture, Bokeh, Cancel, Distance, Element, Frame, Layering, Method, Picture, Plane, Preset, Report,
+        Scene, Settings, Show, Size, Storage,
     };
     use pullfocus_gpu::{Choice, Host, adapters};
     use pullfocus_testkit::conformance::compare_pictures;
@@ -88,6 +88,10 @@ mod same {
     /// Half of what both may be from f64: each value within 1e-4 of the other, or of 0.05 where it is darker.
     const RELATIVE: f32 = 1e-4;
     const FLOOR: f32 = 0.05;
+    /// The same with highlights: the CPU's table has rims within a 64th of a pixel, of lights up to 1 whose sprites cover three pixels or
+    /// more.
+    const OF_SPRITES: f32 = 5e-3;
+    const FLOOR_OF_SPRITES: f32 = 1.0;
 
     fn check(name: &str, scene: &Scene) {
         check_with(name, scene, &every_layering());
@@ -95,16 +99,22 @@ mod same {
 
     fn check_with(name: &str, scene: &Scene, settings: &[Settings]) {
         for settings in settings {
-            let mut by_cpu = scene.clone();
-            let cancel = Cancel::new();
-            let cpu = pullfocus_cpu::Renderer::new().render(&mut by_cpu, None, settings, &cancel);
-            let mut by_gpu = scene.clone();
-            let gpu = with_host(|host| host.render(&mut by_gpu, None, settings, &cancel));
-            let (cpu, gpu) = (cpu.expect("the CPU renders"), gpu.expect("the GPU renders"));
-            let name = format!("{name} with {:?}, {:?}", settings.method, settings.layering);
-            compare_pictures(&name, &by_gpu.base.picture, &by_cpu.base.picture, RELATIVE, FLOOR);
+            let [(by_cpu, cpu), (by_gpu, gpu)] = both(scene, settings);
+            let name =
+                format!("{name} with {:?}, {:?}, {:?}", settings.method, settings.layering, settings.show);
+            compare_pictures(&name, &by_gpu, &by_cpu, RELATIVE, FLOOR);
             assert_eq!((gpu.layers, gpu.coc_range), (cpu.layers, cpu.coc_range), "{name}");
         }
+    }
+
+    /// By the CPU and by the GPU.
+    fn both(scene: &Scene, settings: &Settings) -> [(Picture, Report); 2] {
+        let cancel = Cancel::new();
+        let [mut by_cpu, mut by_gpu] = [scene.clone(), scene.clone()];
+        let cpu = pullfocus_cpu::Renderer::new().render(&mut by_cpu, None, settings, &cancel);
+        let gpu = with_host(|host| host.render(&mut by_gpu, None, settings, &cancel));
+        let (cpu, gpu) = (cpu.expect("the CPU renders"), gpu.expect("the GPU renders"));
+        [(by_cpu.base.picture, cpu), (by_gpu.base.picture, gpu)]
     }
 
     fn pictures_of_any_planes() {
@@ -150,6 +160,28 @@ mod same {
         let mut sharp = layered(Size::new(60, 40), false);
         sharp.base.distance = Distance::Coc(scenes::constant(Size::new(60, 40), 0.0));
         check("a foreground before a picture in focus", &sharp);
+    }
+
+    fn each_layer_alone() {
+        let numbers = 0..4;
+        let shows: Vec<Show> = numbers.clone().map(Show::Layer).chain(numbers.map(Show::Matte)).collect();
+        let alone = |settings: Settings| {
+            shows.clone().into_iter().map(move |show| Settings { show, ..settings.clone() })
+        };
+        let every: Vec<Settings> = every_layering().into_iter().flat_map(alone).collect();
+        check_with("a layer", &layered(Size::new(150, 84), true), &every);
+        check_with("a layer of seven colours", &scene(Size::new(57, 31), 7, false), &every);
+        let bokeh = Some(Bokeh { threshold: 1.5, ..Bokeh::default() });
+        for settings in every {
+            let settings = Settings { bokeh, ..settings };
+            let scene = layered(Size::new(150, 84), true);
+            let name = format!(
+                "highlights with {:?}, {:?}, {:?}",
+                settings.method, settings.layering, settings.show
+            );
+            let [by_cpu, by_gpu] = both(&scene, &settings).map(|(picture, _)| picture);
+            compare_pictures(&name, &by_gpu, &by_cpu, OF_SPRITES, FLOOR_OF_SPRITES);
+        }
     }
 
     fn half_storage_is_near() {
@@ -210,7 +242,7 @@ mod same {
         let there = choice().is_some();
         let required = std::env::var("PULLFOCUS_TEST_GPU").is_ok_and(|value| value == "required");
         assert!(there || !required, "PULLFOCUS_TEST_GPU=required, and no adapter was found");
-        let tests: [(&str, fn()); 7] = [
+        let tests: [(&str, fn()); 8] = [
             ("circles_of_any_size", circles_of_any_size),
             ("pictures_of_any_planes", pictures_of_any_planes),
             ("pictures_of_any_size", pictures_of_any_size),
@@ -219,6 +251,7 @@ mod same {
                 a_wide_frame_whose_fills_lie_on_a_coarser_grid,
             ),
             ("foregrounds", foregrounds),
+            ("each_layer_alone", each_layer_alone),
             ("half_storage_is_near", half_storage_is_near),
             ("a_failed_frame_leaves_no_memory_behind", a_failed_frame_leaves_no_memory_behind),
         ];

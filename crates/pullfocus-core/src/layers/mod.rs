@@ -72,3 +72,35 @@ impl Layering {
         }
     }
 }
+
+/// Which of the layers that make up the result are laid down.
+///
+/// They are counted from the farthest, number 0, to the nearest: of [`Layering::Background`] the last of the background layers
+/// is the farthest, and the midground lies over all of them; a foreground that was given on its own is the last. A number
+/// beyond the last is an empty picture. Layers laid over each other, each by its matte, are the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Show {
+    /// All of them.
+    #[default]
+    Result,
+    /// This one alone over nothing, premultiplied, with the highlights that are laid down after it.
+    Layer(u32),
+    /// How much this one covers of what is behind it, 0 to 1, in every plane; the farthest covers everything.
+    Matte(u32),
+}
+
+impl Show {
+    /// The number of the layer that is shown alone, if not all are.
+    pub fn alone(self) -> Option<u32> {
+        match self {
+            Self::Result => None,
+            Self::Layer(number) | Self::Matte(number) => Some(number),
+        }
+    }
+
+    /// Whether a matte is shown.
+    pub fn is_matte(self) -> bool {
+        matches!(self, Self::Matte(_))
+    }
+}

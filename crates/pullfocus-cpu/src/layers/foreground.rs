@@ -11,16 +11,17 @@
 //! Here gamma is 1 in the last step, so coverage is conserved: what alpha loses inside it gains outside.
 //! The conformance tests keep the letter beside this form.
 
+use super::alone::lay_alone;
 use super::fill::{Sources, enlarge_row, fill};
 use super::over;
 use crate::bokeh::Shown;
 use crate::rows::for_each_row;
 use crate::work::Work;
 use pullfocus_core::layers::fill::finest_step;
-use pullfocus_core::{Picture, Plane, Result};
+use pullfocus_core::{Picture, Plane, Result, Show};
 
-/// Blurs `element` with the circles `coc` and lays it over `picture`, whose own circles are `behind`. Both have the
-/// same colour planes, and `alpha` is the element's coverage.
+/// Blurs `element` with the circles `coc` and lays it over `picture`, whose own circles are `behind`, or over nothing where it is shown
+/// alone. Both have the same colour planes, and `alpha` is the element's coverage.
 pub fn blur_element_over(
     work: &mut Work<'_>,
     element: &Picture,
@@ -31,18 +32,20 @@ pub fn blur_element_over(
 ) -> Result<()> {
     let circle = work.stage("foreground", |work| extend(work, &Believed { alpha, coc, behind }))?;
     let mut planes = Vec::new();
-    for plane in element.colors.iter().chain([alpha]) {
+    // Light changes no matte.
+    let matte = work.show.is_matte();
+    let colors = if matte { &[] } else { &element.colors[..] };
+    for plane in colors.iter().chain([alpha]) {
         planes.push(work.memory.planes.copy(plane)?);
     }
-    let count = element.colors.len();
     let mut lights = None;
-    if work.look.is_some() {
+    if work.look.is_some() && !matte {
         // The carried circles, on the element's own side of focus.
         let mut signed = work.memory.planes.copy(&circle)?;
         for_each_row(&mut signed, work.cancel, |y, row| {
             row.iter_mut().zip(coc.row(y)).for_each(|(circle, c)| *circle = circle.copysign(*c));
         })?;
-        lights = work.take_lights(&mut planes[..count].iter_mut().collect::<Vec<_>>(), &signed)?;
+        lights = work.take_lights(&mut planes[..colors.len()].iter_mut().collect::<Vec<_>>(), &signed)?;
         work.memory.planes.give([signed]);
     }
     work.stage("foreground", |work| {
@@ -51,7 +54,10 @@ pub fn blur_element_over(
     })?;
     work.stage("composite", |work| {
         let Some((coverage, _)) = planes.split_last() else { return Ok(()) };
-        let behind = picture.colors.iter_mut().chain(&mut picture.alpha);
+        let behind = picture.planes_mut();
+        if work.show != Show::Result {
+            return lay_alone(behind, &planes, Some(coverage), work.show, work.cancel);
+        }
         for (front, behind) in planes.iter().zip(behind) {
             over(behind, front, Some(coverage), work.cancel)?;
         }
@@ -61,7 +67,6 @@ pub fn blur_element_over(
     work.add_lights(&mut lights, &mut colors, Shown::All)?;
     work.give_lights(lights);
     work.memory.planes.give(planes.into_iter().chain([circle]));
-    work.report.layers += 1;
     Ok(())
 }
 

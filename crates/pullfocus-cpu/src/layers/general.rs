@@ -17,6 +17,7 @@
 //! # Practice
 //! One pass over the picture does all of the last three, in blocks small enough for the nearest cache.
 
+use super::alone::{even, lay_alone};
 use super::edges::{self, Edges};
 use super::fill::{Sources, enlarge_row, fill};
 use super::{census, over};
@@ -27,7 +28,7 @@ use crate::work::Work;
 use pullfocus_core::layers::fill::finest_step;
 use pullfocus_core::layers::general::{COLOR_NOISE, EDGE_TRUST, LEADING, LEAST_SHARE, OWN_FROM, VARIANCE};
 use pullfocus_core::split::{Ramps, Split, smoothstep};
-use pullfocus_core::{Picture, Plane, Result};
+use pullfocus_core::{Picture, Plane, Result, Show};
 use rayon::prelude::*;
 
 /// Pixels that go through the joint pass at a time; some 60 rows of this fit the nearest cache.
@@ -47,24 +48,31 @@ struct Filled {
     coverage: Option<Plane>,
 }
 
-/// Blurs `picture` in at most `layers` layers.
-pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, layers: u32) -> Result<()> {
+/// Blurs `picture` in at most `layers` layers. Returns how many there are, whichever of them are shown.
+pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, layers: u32) -> Result<usize> {
     let size = picture.size();
     if size.area() == 0 {
-        return Ok(());
+        return Ok(0);
     }
     let leading = picture.colors.len().min(LEADING);
     let colors = picture.colors.len();
     let mut planes: Vec<&mut Plane> = picture.planes_mut().collect();
     let mut lights = work.take_lights(&mut planes[..colors], coc)?;
 
-    let (split, scale, edges, filled) = work.stage("layers", |work| {
-        let (split, scale) = census::split(work, coc, layers as usize)?;
+    let (split, scale) = work.stage("layers", |work| census::split(work, coc, layers as usize))?;
+    let found = split.layers();
+    if work.show.alone().is_some_and(|number| number as usize >= found) {
+        work.give_lights(lights);
+        work.memory.planes.give([scale]);
+        even(planes, 0.0, work.cancel)?;
+        return Ok(found);
+    }
+    let (edges, filled) = work.stage("layers", |work| {
         let edges = edges::find(work, coc, &split)?;
-        let mut filled = Vec::with_capacity(split.layers());
+        let mut filled = Vec::with_capacity(found);
         // From far to near.
-        for layer in (0..split.layers()).rev() {
-            let farthest = layer + 1 == split.layers();
+        for layer in (0..found).rev() {
+            let farthest = layer + 1 == found;
             // The farthest covers everything: there is nothing to find out about its coverage.
             let values = planes.len() + 2;
             let groups: &[usize] = if farthest { &[values] } else { &[values, 1] };
@@ -76,9 +84,8 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
             let circle = colors.pop().unwrap_or_default();
             filled.push(Filled { layer, colors, circle, squares, coverage });
         }
-        Ok((split, scale, edges, filled))
+        Ok((edges, filled))
     })?;
-    work.report.layers = filled.len();
 
     let count = planes.len();
     let mut blurred = Vec::new();
@@ -107,34 +114,54 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
             .give(layer.colors.into_iter().chain([layer.circle, layer.squares]).chain(layer.coverage));
     }
 
-    if let Some(lights) = &mut lights {
+    let mut shown_lights = lights.as_mut().filter(|_| !work.show.is_matte());
+    if let Some(lights) = &mut shown_lights {
         let coverages: Vec<&Plane> = blurred.chunks_exact(count + 2).map(|layer| &layer[count]).collect();
         work.stage("highlights", |work| lights.share_out(&coverages, work.cancel))?;
     }
     for (i, layer) in blurred.chunks_exact_mut(count + 2).enumerate() {
         let Some((circle, values)) = layer.split_last_mut() else { continue };
         // The farthest covers everything, and that needs no blur.
-        let used = if i == 0 { count } else { count + 1 };
-        let mut used: Vec<&mut Plane> = values[..used].iter_mut().collect();
-        work.stage("blur", |work| work.blur(&mut used, circle, None))?;
+        let all = if i == 0 { count } else { count + 1 };
+        let used = match work.show {
+            Show::Result => 0..all,
+            Show::Layer(number) if i == number as usize => 0..all,
+            // Highlights are made up for what these take away.
+            Show::Layer(number) if i > number as usize && shown_lights.is_some() => count..all,
+            Show::Matte(number) if i == number as usize => count..all,
+            Show::Layer(_) | Show::Matte(_) => continue,
+        };
+        let mut used: Vec<&mut Plane> = values[used].iter_mut().collect();
+        if !used.is_empty() {
+            work.stage("blur", |work| work.blur(&mut used, circle, None))?;
+        }
     }
-    if let Some(lights) = &mut lights {
+    if let Some(lights) = &mut shown_lights {
         let coverages: Vec<&Plane> = blurred.chunks_exact(count + 2).map(|layer| &layer[count]).collect();
         work.stage("highlights", |work| lights.make_up(&coverages, work.cancel))?;
     }
     for (i, layer) in blurred.chunks_exact(count + 2).enumerate() {
+        if work.show.alone().is_some_and(|number| i != number as usize) {
+            continue;
+        }
         work.stage("composite", |work| {
             let coverage = if i == 0 { None } else { Some(&layer[count]) };
+            if work.show != Show::Result {
+                let planes = planes.iter_mut().map(|plane| &mut **plane);
+                return lay_alone(planes, &layer[..count], coverage, work.show, work.cancel);
+            }
             for (plane, layer) in planes.iter_mut().zip(&layer[..count]) {
                 over(plane, layer, coverage, work.cancel)?;
             }
             Ok(())
         })?;
-        work.add_lights(&mut lights, &mut planes[..colors], Shown::InLayer(i))?;
+        if !work.show.is_matte() {
+            work.add_lights(&mut lights, &mut planes[..colors], Shown::InLayer(i))?;
+        }
     }
     work.give_lights(lights);
     work.memory.planes.give(blurred);
-    Ok(())
+    Ok(found)
 }
 
 /// What one layer is filled from: the picture's planes, the diameter and the squared brightness where the layer

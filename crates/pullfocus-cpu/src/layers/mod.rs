@@ -1,5 +1,6 @@
 //! Layers: the picture taken apart by its circle of confusion, blurred, and put together again.
 
+mod alone;
 mod background;
 mod census;
 mod edges;
@@ -7,7 +8,8 @@ mod fill;
 mod foreground;
 mod general;
 
-pub use background::blur_over_background;
+pub use alone::even;
+pub use background::{blur_over_background, one_over_background};
 pub use foreground::blur_element_over;
 pub use general::blur_layers;
 

@@ -302,7 +302,7 @@ impl Lights {
         }
     }
 
-    /// Adds to each of `layers`, blurred by now, its share of the lights.
+    /// Adds to each of `layers` that is shown, blurred by now, its share of the lights.
     ///
     /// # Errors
     /// As [`Work::take_lights`].
@@ -312,10 +312,15 @@ impl Lights {
         layers: &[Vec<Group>],
         coverage: usize,
     ) -> Result<()> {
+        let alone = work.show.alone();
+        let farthest = alone.map_or(0, |number| number as usize);
         // From near to far: each takes something of what is left for the next.
-        for (layer, groups) in layers.iter().enumerate().rev() {
+        for (layer, groups) in layers.iter().enumerate().skip(farthest).rev() {
             let params = self.share_params(layer, layers.len(), coverage);
             self.weigh(work, &params, Some(&groups[coverage / 4]))?;
+            if alone.is_some_and(|number| number != layer as u32) {
+                continue;
+            }
             let groups: Vec<&Group> = groups.iter().collect();
             self.sprites(work, &groups, Shown::InLayer(layer as u32), coverage)?;
         }

@@ -1,6 +1,7 @@
 //! A foreground that was given on its own, with alpha, over the picture behind it (first paper, 3.2); the CPU's
 //! `layers::foreground` has the theory.
 
+use super::alone::{Count, clear, take_place};
 use super::fill::fill;
 use super::over::over;
 use crate::bokeh::Shown;
@@ -44,8 +45,60 @@ pub fn blur_element_over(
     work.blur(&groups, &circle, None)?;
     work.recorder.stage("composite");
     over(work, element, alpha, picture)?;
-    bring_back(work, lights, picture, Shown::All)?;
+    bring_back(work, lights, picture, Some(Shown::All))?;
     work.recorder.give([circle]);
+    Ok(())
+}
+
+/// Shows `element`, the last layer, or its matte, in the place of `picture`, if that is what is asked for behind `farther` layers. For the rest
+/// see [`blur_element_over`].
+///
+/// # Errors
+/// As [`crate::diffusion::diffuse`].
+pub fn show_element(
+    work: &mut Work<'_, '_>,
+    element: &[Group],
+    alpha: usize,
+    (coc, behind): (&wgpu::Buffer, &wgpu::Buffer),
+    picture: &[&Group],
+    farther: Count,
+) -> Result<()> {
+    let Some(number) = work.show.alone() else { return Ok(()) };
+    let may_be = match farther {
+        Count::Known(count) => number == count,
+        Count::Found(most) => (1..=most).contains(&number),
+    };
+    if !may_be {
+        return Ok(());
+    }
+    let asked = (number, farther);
+    let covering = (&element[alpha / 4], (alpha % 4) as u32);
+    work.recorder.stage("foreground");
+    let circle = extend(work, &element[alpha / 4], alpha % 4, coc, behind)?;
+    let groups: Vec<&Group> = element.iter().collect();
+    if work.show.is_matte() {
+        // Light changes no matte, and no other plane is looked at.
+        work.blur(&groups[alpha / 4..=alpha / 4], &circle, None)?;
+        work.recorder.stage("composite");
+        take_place(work, &groups, covering, picture, asked)?;
+        work.recorder.give([circle]);
+        return Ok(());
+    }
+    let lights = work.take_lights(&groups, alpha, [&circle, coc])?;
+    work.recorder.stage("foreground");
+    work.blur(&groups, &circle, None)?;
+    work.recorder.stage("composite");
+    // Whether it is asked for may be known to the device alone, so it is laid over nothing aside from the picture.
+    let mut alone = Vec::new();
+    for group in picture {
+        alone.push(Group::take(work.recorder, work.size, group.planes, group.storage)?);
+    }
+    let alone: Vec<&Group> = alone.iter().collect();
+    clear(work, &alone);
+    over(work, element, alpha, &alone)?;
+    bring_back(work, lights, &alone, Some(Shown::All))?;
+    take_place(work, &alone, covering, picture, asked)?;
+    work.recorder.give(alone.into_iter().map(|group| group.buffer.clone()).chain([circle]));
     Ok(())
 }
 

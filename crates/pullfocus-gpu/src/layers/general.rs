@@ -4,6 +4,7 @@
 //! How many layers there are is known to the device alone (`split.wgsl`). Passes are recorded for as many as were asked for,
 //! from far to near; those that are not there are neither made nor blurred nor looked at.
 
+use super::alone::clear;
 use super::fill::fill;
 use super::joint::{self, Layer};
 use super::over::cover_part;
@@ -14,7 +15,7 @@ use crate::work::Work;
 use pullfocus_core::layers::MOST_LAYERS;
 use pullfocus_core::layers::fill::{finest_step, grid_size};
 use pullfocus_core::layers::general::LEADING;
-use pullfocus_core::{Result, Size};
+use pullfocus_core::{Result, Show, Size};
 
 uniform! {
     /// See `gather.wgsl`.
@@ -112,29 +113,65 @@ pub fn blur_layers(
     let most_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let all: Vec<&Group> = picture.iter().collect();
     let mut lights = work.take_lights(&all, colors, [coc; 2])?;
+    let layers = layers.clamp(1, MOST_LAYERS);
+    if work.show.alone().is_some_and(|number| number >= layers) {
+        // How many there are is asked for all the same.
+        let split = cut(work, coc, layers)?;
+        work.recorder.give([split]);
+        clear(work, &all);
+        if let Some(lights) = lights {
+            lights.give_back(work.recorder);
+        }
+        return Ok(());
+    }
     let apart = take_apart(work, picture, [colors, planes], coc, layers, most_bytes)?;
-    if let Some(lights) = &mut lights {
+    let mut shown_lights = lights.as_mut().filter(|_| !work.show.is_matte());
+    if let Some(lights) = &mut shown_lights {
         let groups: Vec<&[Group]> = apart.iter().map(|layer| &layer.groups[..]).collect();
         lights.share_out(work, &groups, planes)?;
     }
     work.recorder.stage("blur");
     let mut done = Vec::new();
     for (i, Layer { groups, circle }) in apart.into_iter().enumerate() {
+        let layer = i as u32;
         // The farthest covers everything, and that needs no blur.
         let used = if i == 0 { planes.div_ceil(4) } else { groups.len() };
-        let all: Vec<&Group> = groups[..used].iter().collect();
-        work.blur(&all, &circle, None)?;
+        let coverage = (planes / 4).min(used);
+        let used = match work.show {
+            Show::Result => 0..used,
+            Show::Layer(number) if layer == number => 0..used,
+            // Highlights are made up for what these take away.
+            Show::Layer(number) if layer > number && shown_lights.is_some() => coverage..used,
+            Show::Matte(number) if layer == number => coverage..used,
+            Show::Layer(_) | Show::Matte(_) => 0..0,
+        };
+        let all: Vec<&Group> = groups[used].iter().collect();
+        if !all.is_empty() {
+            work.blur(&all, &circle, None)?;
+        }
         work.recorder.give([circle]);
         done.push(groups);
     }
-    if let Some(lights) = lights {
+    if let Some(lights) = shown_lights {
         lights.add_to_layers(work, &done, planes)?;
+    }
+    if let Some(lights) = lights {
         lights.give_back(work.recorder);
     }
     work.recorder.stage("composite");
-    composite(work, picture, planes, &done)?;
+    let shown = work.show.alone().map_or(0..done.len(), |number| number as usize..number as usize + 1);
+    composite(work, picture, planes, &done[shown.clone()], shown.start as u32)?;
     work.recorder.give(done.into_iter().flatten().map(|group| group.buffer));
     Ok(())
+}
+
+/// Cuts the picture whose diameters are `coc` into at most `layers` layers; see [`census::split`].
+fn cut(work: &mut Work<'_, '_>, coc: &wgpu::Buffer, layers: u32) -> Result<wgpu::Buffer> {
+    work.recorder.stage("layers");
+    let split = census::split(work, coc, layers)?;
+    // Where the count stands in `scale.wgsl`, and where solvers and hosts look for it.
+    work.recorder.encoder().copy_buffer_to_buffer(&split, 4, &work.range, 8, 4);
+    Ok(split)
 }
 
 /// The layers of a picture, from far to near, not yet blurred.
@@ -149,11 +186,8 @@ pub fn take_apart(
     layers: u32,
     most_bytes: u64,
 ) -> Result<Vec<Layer>> {
-    work.recorder.stage("layers");
     let layers = layers.clamp(1, MOST_LAYERS);
-    let split = census::split(work, coc, layers)?;
-    // Where the count stands in `scale.wgsl`, and where solvers and hosts look for it.
-    work.recorder.encoder().copy_buffer_to_buffer(&split, 4, &work.range, 8, 4);
+    let split = cut(work, coc, layers)?;
     let edge = edges::find(work, coc, &split)?;
     let step = finest_step(work.display_width);
     let grid = grid_size(work.size, step);
@@ -237,7 +271,8 @@ fn gather(work: &mut Work<'_, '_>, parts: &Parts<'_>, layer: u32, group: usize) 
     Ok(made)
 }
 
-/// Lays the layers, from far to near, over each other: into `picture`, unless that is all in focus.
+/// Lays the layers, from far to near, over each other, of which the first is number `first`: into `picture`, unless that is all in focus. One
+/// that is shown alone is the only one.
 ///
 /// # Errors
 /// A host's [`pullfocus_core::Error::Cancelled`].
@@ -246,9 +281,11 @@ pub fn composite(
     picture: &[Group],
     planes: usize,
     layers: &[Vec<Group>],
+    first: u32,
 ) -> Result<()> {
     let (coverage_group, coverage) = (planes / 4, (planes % 4) as u32);
     let range = work.range.clone();
+    let (alone, matte) = (work.show.alone().is_some(), work.show.is_matte());
     let nothing = work.recorder.memory.nothing.clone();
     for (g, group) in picture[..planes.div_ceil(4)].iter().enumerate() {
         let own = g == coverage_group;
@@ -259,14 +296,19 @@ pub fn composite(
             if !own {
                 parts.push(cover_part(&some[0][coverage_group]));
             }
-            parts.extend([fronts, part!("layers/composite")]);
-            let spec = Spec::new(&parts, &[("FARTHEST", Constant::Flag(k == 0))]);
+            parts.extend([fronts, part!("layers/found"), part!("layers/composite")]);
+            let constants = [
+                ("FARTHEST", Constant::Flag(k == 0)),
+                ("ALONE", Constant::Flag(alone)),
+                ("MATTE", Constant::Flag(matte)),
+            ];
+            let spec = Spec::new(&parts, &constants);
             let params = CompositeParams {
                 width: work.size.width as u32,
                 height: work.size.height as u32,
                 coverage,
                 layers: some.len() as u32,
-                first: (k * most) as u32,
+                first: first + (k * most) as u32,
             };
             let mut buffers = vec![&range, &group.buffer];
             for from in if own { vec![g] } else { vec![g, coverage_group] } {

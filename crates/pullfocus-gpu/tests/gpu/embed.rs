@@ -3,8 +3,8 @@
 use crate::device::{choice, with_host};
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::{
-    Camera, Cancel, DepthDecoding, Diffusion, Distance, Error, Frame, Layering, Lens, Plane, Preset, Scene,
-    Settings, Size,
+    Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Distance, Error, Frame, Layering, Lens, Plane, Preset,
+    Scene, Settings, Show, Size,
 };
 use pullfocus_gpu::{Buffers, Context, Depth, FrameSettings, Host, Inputs, Picture, Storage};
 use pullfocus_testkit::scenes;
@@ -17,6 +17,7 @@ pub fn tests() -> Vec<(&'static str, fn())> {
         ("eight_bits_in_and_out", eight_bits_in_and_out),
         ("a_hardware_depth_buffer_is_depth", a_hardware_depth_buffer_is_depth),
         ("a_foreground_of_textures", a_foreground_of_textures),
+        ("each_layer_of_textures_alone", each_layer_of_textures_alone),
         ("later_frames_allocate_nothing", later_frames_allocate_nothing),
         ("frames_may_wait_for_one_submission", frames_may_wait_for_one_submission),
         ("half_storage_is_close", half_storage_is_close),
@@ -342,8 +343,8 @@ fn a_hardware_depth_buffer_is_depth() {
     }
 }
 
-fn a_foreground_of_textures() {
-    let size = Size::new(60, 44);
+/// A lattice before a picture.
+fn layered(size: Size) -> Scene {
     let mut scene = scene(size);
     let alpha = scenes::lattice(size, 4, 17);
     let near = pullfocus_core::Picture {
@@ -352,12 +353,34 @@ fn a_foreground_of_textures() {
     };
     let distance = Distance::Depth { plane: scenes::constant(size, 0.8), decoding: DepthDecoding::default() };
     scene.foreground = Some(pullfocus_core::Element { picture: near, distance });
+    scene
+}
+
+fn a_foreground_of_textures() {
+    layered_textures_give_what_planes_give(every_layering());
+}
+
+fn each_layer_of_textures_alone() {
+    let numbers = [0, 1, 2, 3, 5];
+    let shows = numbers.map(Show::Layer).into_iter().chain(numbers.map(Show::Matte));
+    let alone = |settings: Settings| {
+        shows.clone().map(move |show| {
+            let bokeh = Some(Bokeh { threshold: 0.5, ..Bokeh::default() });
+            Settings { show, bokeh, ..settings.clone() }
+        })
+    };
+    layered_textures_give_what_planes_give(every_layering().into_iter().flat_map(alone).collect());
+}
+
+fn layered_textures_give_what_planes_give(all: Vec<Settings>) {
+    let size = Size::new(60, 44);
+    let scene = layered(size);
     let context = context();
     let base = Frame32::new(&context, &scene);
-    let element = scene.foreground.clone().expect("it was just made");
+    let element = scene.foreground.clone().expect("it has one");
     let front = Frame32::new(&context, &Scene::new(scene.frame, element));
     let mut buffers = Buffers::new(&context, size, Storage::Full).expect("buffers");
-    for settings in every_layering() {
+    for settings in all {
         let (camera, out) = (camera(3.0), view(&base.output));
         let inputs = Inputs { base: base.picture(), foreground: Some(front.picture()), output: &out };
         let frame = FrameSettings { frame: scene.frame, camera: Some(&camera), settings: &settings };

@@ -65,6 +65,9 @@ fn main() {
     for (name, check) in pullfocus_testkit::bokeh_checks!(Subject) {
         add(format!("bokeh::{name}"), Box::new(move || check(&mut Subject)));
     }
+    for (name, check) in pullfocus_testkit::show_checks!(Subject) {
+        add(format!("show::{name}"), Box::new(move || check(&mut Subject)));
+    }
     for (name, test) in embed::tests() {
         add(format!("embed::{name}"), Box::new(test));
     }

@@ -34,6 +34,7 @@ pub mod bokeh;
 mod compare;
 pub mod diffusion;
 pub mod render;
+pub mod show;
 
 pub use compare::compare_pictures;
 
@@ -156,6 +157,23 @@ macro_rules! bokeh_conformance {
     };
 }
 
+/// One `#[test]` per check of layers shown alone; the argument makes a fresh [`RenderSubject`].
+#[macro_export]
+macro_rules! show_conformance {
+    ($subject:expr) => {
+        $crate::show_list!(conformance_tests, $subject);
+    };
+}
+
+/// The checks of layers shown alone by name, `Vec<(&'static str, fn(&mut S))>` for a [`RenderSubject`] S: for tests that are
+/// made at run time.
+#[macro_export]
+macro_rules! show_checks {
+    ($subject:ty) => {
+        $crate::show_list!(conformance_checks, $subject)
+    };
+}
+
 /// The checks of highlights by name, `Vec<(&'static str, fn(&mut S))>` for a [`RenderSubject`] S: for tests that are made
 /// at run time.
 #[macro_export]
@@ -227,6 +245,18 @@ macro_rules! bokeh_list {
             no_highlights_change_nothing, a_light_alone_is_a_disc, light_keeps_the_order_of_depth,
             a_foreground_s_light_lies_over_all, a_focus_pull_over_lights_has_no_jumps, a_fading_light_has_no_jumps,
             every_scene_gives_numbers, lights_give_the_same_bytes_again, a_flag_stops_the_lights
+        }
+    };
+}
+
+/// Every check of layers shown alone, handed to another macro with that macro's own argument.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! show_list {
+    ($to:ident, $subject:tt) => {
+        $crate::$to! { $subject, show:
+            shown_layers_make_up_the_result, small_pictures_have_layers, a_picture_in_focus_is_one_layer,
+            lights_come_with_their_layer
         }
     };
 }

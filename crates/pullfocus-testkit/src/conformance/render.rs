@@ -14,7 +14,7 @@ use pullfocus_core::{
 
 /// Every layering with the final integrator, layers with the Gaussian's, and the preview; every kind of layering with
 /// each spreading method that the backend has.
-fn all_settings(subject: &impl RenderSubject) -> Vec<Settings> {
+pub(super) fn all_settings(subject: &impl RenderSubject) -> Vec<Settings> {
     let of = |layering| Settings { layering, ..Settings::default() };
     let mut all = vec![
         of(Layering::Single),
@@ -62,7 +62,7 @@ pub(super) fn all_finite(picture: &Picture) -> bool {
 }
 
 /// A fence before a ramp, with alpha that has a hole.
-fn busy(size: Size) -> Scene {
+pub(super) fn busy(size: Size) -> Scene {
     let mut scene = scenes::fence_over_ramp(size, -9.0, 14.0);
     let alpha = scenes::plane(size, |x, y| if x > size.width / 2 && y < size.height / 3 { 0.0 } else { 1.0 });
     for color in &mut scene.base.picture.colors {
@@ -147,7 +147,7 @@ pub fn constants_are_kept(subject: &mut impl RenderSubject) {
 }
 
 /// A block in the middle third with these colours, premultiplied by its coverage.
-fn foreground(size: Size, colors: &[f32], circle: f32) -> Element {
+pub(super) fn foreground(size: Size, colors: &[f32], circle: f32) -> Element {
     let third = |n: usize, i: usize| (n / 3..2 * n / 3).contains(&i);
     let alpha =
         scenes::plane(size, |x, y| if third(size.width, x) && third(size.height, y) { 1.0 } else { 0.0 });

@@ -32,7 +32,10 @@ impl Place {
     /// The point of the window over a pixel.
     pub fn point(&self, pixel: [f32; 2]) -> Pos2 {
         self.rect.min
-            + Vec2::new((pixel[0] - self.origin[0]) / self.step[0], (pixel[1] - self.origin[1]) / self.step[1])
+            + Vec2::new(
+                (pixel[0] - self.origin[0]) / self.step[0],
+                (pixel[1] - self.origin[1]) / self.step[1],
+            )
     }
 }
 
@@ -55,8 +58,7 @@ impl App {
         let zoom = self.look.zoom.unwrap_or(fit);
         let center = if self.look.zoom.is_some() { self.look.center } else { [0.5 * size[0], 0.5 * size[1]] };
         let step = [1.0 / (zoom * aspect), 1.0 / zoom];
-        let origin =
-            [center[0] - 0.5 * rect.width() * step[0], center[1] - 0.5 * rect.height() * step[1]];
+        let origin = [center[0] - 0.5 * rect.width() * step[0], center[1] - 0.5 * rect.height() * step[1]];
         let place = Place { rect, origin, step };
         self.place = Some(place);
         self.focus_by_hand(ui, &response, &place);
@@ -134,7 +136,8 @@ impl App {
         }
         let pans = response.dragged_by(egui::PointerButton::Secondary)
             || response.dragged_by(egui::PointerButton::Middle)
-            || (response.dragged_by(egui::PointerButton::Primary) && ui.input(|input| input.key_down(egui::Key::Space)));
+            || (response.dragged_by(egui::PointerButton::Primary)
+                && ui.input(|input| input.key_down(egui::Key::Space)));
         if pans {
             let zoom = self.look.zoom.unwrap_or(fit);
             let center = if self.look.zoom.is_some() { self.look.center } else { whole };
@@ -218,7 +221,9 @@ impl App {
             View::Pinhole => (Kind::Light, self.pinhole.clone()),
             View::Depth => (Kind::Depth, None),
             View::Coc => (Kind::Coc, None),
-            View::Reference => (Kind::Light, self.reference.as_ref().map(|reference| reference.texture.clone())),
+            View::Reference => {
+                (Kind::Light, self.reference.as_ref().map(|reference| reference.texture.clone()))
+            }
             View::Difference => {
                 (Kind::Encoded, state.comparison.as_ref().map(|comparison| comparison.map.clone()))
             }
@@ -228,7 +233,11 @@ impl App {
     fn labels(&self, ui: &egui::Ui, rect: Rect) {
         let label = |at: Pos2, align, view: View| {
             let text = view.text().0;
-            let galley = ui.painter().layout_no_wrap(text.into(), egui::FontId::proportional(13.0), egui::Color32::WHITE);
+            let galley = ui.painter().layout_no_wrap(
+                text.into(),
+                egui::FontId::proportional(13.0),
+                egui::Color32::WHITE,
+            );
             let place = align_at(at, align, galley.size());
             ui.painter().rect_filled(
                 Rect::from_min_size(place, galley.size()).expand(4.0),
@@ -274,7 +283,13 @@ impl App {
     /// Diameter that has the full colour: the largest in the picture.
     fn coc_range(&self, plate: &crate::clip::Plate, curve: &CocCurve) -> f32 {
         if plate.has_coc {
-            return plate.depth.data().iter().copied().filter(|c| c.is_finite()).fold(1.0, |most, c| c.abs().max(most));
+            return plate
+                .depth
+                .data()
+                .iter()
+                .copied()
+                .filter(|c| c.is_finite())
+                .fold(1.0, |most, c| c.abs().max(most));
         }
         let Some([near, far]) = plate.histogram.range else { return 1.0 };
         let nothing = if plate.histogram.nothing > 0 { f64::INFINITY } else { far };

@@ -49,7 +49,11 @@ impl App {
             }
         });
         let Some(values) = self.lens_values() else {
-            let text = if self.plate.is_some() { "The file holds circles of confusion: its lens is done." } else { "No picture is open." };
+            let text = if self.plate.is_some() {
+                "The file holds circles of confusion: its lens is done."
+            } else {
+                "No picture is open."
+            };
             ui.label(text);
             return;
         };
@@ -63,7 +67,8 @@ impl App {
     /// A quantity's diamond: whether it has keys.
     fn keyed(&mut self, ui: &mut Ui, quantity: Quantity, value: f64) {
         let keyed = self.document.is_keyed(0, quantity);
-        let hint = if keyed { "Take this value's keys away." } else { "Let this value move: key it at this frame." };
+        let hint =
+            if keyed { "Take this value's keys away." } else { "Let this value move: key it at this frame." };
         let response = ui.small_button(if keyed { "◆" } else { "◇" }).on_hover_text(hint);
         if response.clicked() {
             let frame = self.frame_number();
@@ -74,9 +79,14 @@ impl App {
 
     fn focus_control(&mut self, ui: &mut Ui, values: &LensValues) {
         let (units, from) = (self.look.units(), self.look.from);
-        let lens = self.plate.as_ref().and_then(|plate| self.document.lens(self.front(), plate, self.frame_number()).ok());
+        let lens = self
+            .plate
+            .as_ref()
+            .and_then(|plate| self.document.lens(self.front(), plate, self.frame_number()).ok());
         let Some(lens) = lens.map(|resolved| resolved.camera.lens()) else { return };
-        let shown = |metres: f64| if from == From::SensorPlane { focus::to_sensor_plane(&lens, metres) } else { metres };
+        let shown = |metres: f64| {
+            if from == From::SensorPlane { focus::to_sensor_plane(&lens, metres) } else { metres }
+        };
         let mut value = shown(values.focus_m);
         let [near, far] = self.plate.as_ref().and_then(|plate| plate.histogram.range).unwrap_or([0.3, 30.0]);
         ui.horizontal(|ui| {
@@ -101,7 +111,9 @@ impl App {
             };
             match metres.filter(|metres| *metres > 0.0) {
                 Some(metres) => self.change(Quantity::FocusDistance, metres),
-                None => self.say("no lens focuses so near: from the sensor it is four focal lengths at the least"),
+                None => {
+                    self.say("no lens focuses so near: from the sensor it is four focal lengths at the least")
+                }
             }
         }
         ui.horizontal(|ui| {
@@ -109,13 +121,25 @@ impl App {
             if toggle.clicked() {
                 self.look.feet = false;
             }
-            if ui.selectable_label(self.look.feet, "ft in").on_hover_text("Distances in feet and inches.").clicked() {
+            if ui
+                .selectable_label(self.look.feet, "ft in")
+                .on_hover_text("Distances in feet and inches.")
+                .clicked()
+            {
                 self.look.feet = true;
             }
             ui.separator();
             for (choice, name, hint) in [
-                (From::EntrancePupil, "from lens", "Distances from the entrance pupil, where a renderer's camera is."),
-                (From::SensorPlane, "from sensor", "Distances from the sensor plane, as marks on a lens and a tape are."),
+                (
+                    From::EntrancePupil,
+                    "from lens",
+                    "Distances from the entrance pupil, where a renderer's camera is.",
+                ),
+                (
+                    From::SensorPlane,
+                    "from sensor",
+                    "Distances from the sensor plane, as marks on a lens and a tape are.",
+                ),
             ] {
                 ui.selectable_value(&mut self.look.from, choice, name).on_hover_text(hint);
             }
@@ -124,12 +148,18 @@ impl App {
 
     fn stop_control(&mut self, ui: &mut Ui, values: &LensValues) {
         let Some(f_stop) = values.f_stop else {
-            let diameter = &mut self.document.takes[usize::from(self.look.left == View::Other)].lens.aperture_diameter;
+            let diameter =
+                &mut self.document.takes[usize::from(self.look.left == View::Other)].lens.aperture_diameter;
             if let Some(Number(metres)) = diameter {
                 let mut mm = *metres * 1e3;
                 ui.label("Aperture diameter");
-                let slider = Slider::new(&mut mm, 0.0..=200.0).suffix(" mm").logarithmic(true).smallest_positive(0.1);
-                if ui.add(slider).on_hover_text("How wide the aperture is: the wider, the blurrier.").changed() {
+                let slider =
+                    Slider::new(&mut mm, 0.0..=200.0).suffix(" mm").logarithmic(true).smallest_positive(0.1);
+                if ui
+                    .add(slider)
+                    .on_hover_text("How wide the aperture is: the wider, the blurrier.")
+                    .changed()
+                {
                     *diameter = Some(Number(mm * 1e-3));
                 }
             }
@@ -141,7 +171,7 @@ impl App {
             ui.label(if transmittance.is_some() { "T-stop" } else { "f-stop" });
         });
         let light = transmittance.unwrap_or(1.0);
-        let mut thirds = 6.0 * stops::t_stop(f_stop, light).log2() ;
+        let mut thirds = 6.0 * stops::t_stop(f_stop, light).log2();
         let snap = self.look.thirds;
         let slider = Slider::new(&mut thirds, 0.0..=36.0)
             .clamping(egui::SliderClamping::Never)
@@ -156,7 +186,8 @@ impl App {
             });
         let response = ui.add(slider);
         response.widget_info(|| egui::WidgetInfo::slider(true, thirds, "f-stop"));
-        let response = response.on_hover_text("How wide the aperture is: the smaller the number, the blurrier. Keys [ and ].");
+        let response = response
+            .on_hover_text("How wide the aperture is: the smaller the number, the blurrier. Keys [ and ].");
         if response.changed() {
             // What is typed stays as it is; what is dragged goes in thirds.
             let snapped = if snap && response.dragged() { thirds.round() } else { thirds };
@@ -208,7 +239,9 @@ impl App {
                 }
             });
             let drag = egui::DragValue::new(&mut width).range(1.0..=200.0).speed(0.1).suffix(" mm");
-            ui.add(drag).on_hover_text("Width of the sensor (film back): the narrower, the blurrier at the same lens.");
+            ui.add(drag).on_hover_text(
+                "Width of the sensor (film back): the narrower, the blurrier at the same lens.",
+            );
         });
         if width != before {
             let front = self.front();
@@ -228,7 +261,11 @@ impl App {
         let frame = &plate.scene.frame;
         let lens = resolved.camera.lens();
         let text = |metres: f64| {
-            let shown = if self.look.from == From::SensorPlane { focus::to_sensor_plane(&lens, metres) } else { metres };
+            let shown = if self.look.from == From::SensorPlane {
+                focus::to_sensor_plane(&lens, metres)
+            } else {
+                metres
+            };
             distance::format(shown, units)
         };
         let [near, far] = focus::limits(&resolved.camera, frame, sharp);
@@ -236,14 +273,19 @@ impl App {
         let (near, far, hyperfocal) = (text(near), text(far), text(hyperfocal));
         egui::Grid::new("readout").num_columns(2).show(ui, |ui| {
             ui.label("In focus");
-            ui.label(format!("{near} to {far}")).on_hover_text("Nearest and farthest distance at which the picture is sharp.");
+            ui.label(format!("{near} to {far}"))
+                .on_hover_text("Nearest and farthest distance at which the picture is sharp.");
             ui.end_row();
             ui.label("Hyperfocal");
-            ui.label(hyperfocal).on_hover_text("Focused here, everything from half of it to infinity is sharp.");
+            ui.label(hyperfocal)
+                .on_hover_text("Focused here, everything from half of it to infinity is sharp.");
             ui.end_row();
             ui.label("Sharp up to");
-            let drag = egui::DragValue::new(&mut self.look.sharp_px).range(0.2..=20.0).speed(0.05).suffix(" px");
-            ui.add(drag).on_hover_text("Diameter of the circle of confusion that still counts as sharp, in the picture's pixels.");
+            let drag =
+                egui::DragValue::new(&mut self.look.sharp_px).range(0.2..=20.0).speed(0.05).suffix(" px");
+            ui.add(drag).on_hover_text(
+                "Diameter of the circle of confusion that still counts as sharp, in the picture's pixels.",
+            );
             ui.end_row();
         });
     }
@@ -255,8 +297,16 @@ impl App {
         let preset = blur.preset.unwrap_or(PresetName::Final);
         ui.horizontal(|ui| {
             for (name, text, hint) in [
-                (PresetName::Preview, "Preview", "Two layers and one step of diffusion: quick, to choose focus and f-stop."),
-                (PresetName::Final, "Final", "Layers through the whole depth and the aperture's own shape: the picture to keep."),
+                (
+                    PresetName::Preview,
+                    "Preview",
+                    "Two layers and one step of diffusion: quick, to choose focus and f-stop.",
+                ),
+                (
+                    PresetName::Final,
+                    "Final",
+                    "Layers through the whole depth and the aperture's own shape: the picture to keep.",
+                ),
             ] {
                 if ui.selectable_label(preset == name, text).on_hover_text(hint).clicked() {
                     // A preset is a whole; what was chosen over it goes.
@@ -309,14 +359,19 @@ impl App {
                 };
             }
         });
-        let usual = if preset == PresetName::Preview { LayeringName::Background } else { LayeringName::General };
+        let usual =
+            if preset == PresetName::Preview { LayeringName::Background } else { LayeringName::General };
         let mut layering = blur.layering.unwrap_or(usual);
         ui.horizontal(|ui| {
             ui.label("Layers");
             let before = layering;
             for (choice, name, hint) in [
                 (LayeringName::Single, "one", "One layer: near and far things bleed into each other."),
-                (LayeringName::Background, "background", "Far things blur behind sharp ones, as in the first paper."),
+                (
+                    LayeringName::Background,
+                    "background",
+                    "Far things blur behind sharp ones, as in the first paper.",
+                ),
                 (LayeringName::General, "all", "Layers through the whole depth, near ones included."),
             ] {
                 ui.selectable_value(&mut layering, choice, name).on_hover_text(hint);
@@ -333,7 +388,8 @@ impl App {
             if ui.checkbox(&mut lights, "Highlights").on_hover_text(hint).changed() {
                 blur.bokeh_threshold = lights.then_some(Number(2.0));
                 if !lights {
-                    (blur.bokeh_gain, blur.bokeh_knee, blur.bokeh_least, blur.cats_eye) = (None, None, None, None);
+                    (blur.bokeh_gain, blur.bokeh_knee, blur.bokeh_least, blur.cats_eye) =
+                        (None, None, None, None);
                 }
             }
             if let Some(Number(threshold)) = &mut blur.bokeh_threshold {
@@ -351,7 +407,8 @@ impl App {
                 .text("blades")
                 .custom_formatter(|count, _| if count < 3.0 { "disc".into() } else { format!("{count}") })
                 .custom_parser(|text| if text == "disc" { Some(0.0) } else { text.parse().ok() });
-            if ui.add(slider).on_hover_text("Blades of the iris: the shape of lights out of focus.").changed() {
+            if ui.add(slider).on_hover_text("Blades of the iris: the shape of lights out of focus.").changed()
+            {
                 blur.aperture = (blades >= 3).then_some(Shape::Blades(blades));
                 if blades < 3 {
                     blur.aperture_roundness = None;
@@ -370,7 +427,8 @@ impl App {
                     _ => true,
                 };
                 let chosen = self.look.left == view;
-                let response = ui.add_enabled(there, egui::Button::selectable(chosen, name)).on_hover_text(hint);
+                let response =
+                    ui.add_enabled(there, egui::Button::selectable(chosen, name)).on_hover_text(hint);
                 if response.clicked() {
                     self.look.left = view;
                 }
@@ -378,7 +436,11 @@ impl App {
         });
         ui.horizontal(|ui| {
             let mut wipes = self.look.right.is_some();
-            if ui.checkbox(&mut wipes, "Wipe to").on_hover_text("Show another view right of a border.").changed() {
+            if ui
+                .checkbox(&mut wipes, "Wipe to")
+                .on_hover_text("Show another view right of a border.")
+                .changed()
+            {
                 self.look.right = wipes.then_some(View::Pinhole);
             }
             if let Some(right) = &mut self.look.right {

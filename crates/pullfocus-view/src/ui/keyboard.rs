@@ -47,7 +47,11 @@ const fn command(key: Key) -> KeyboardShortcut {
 /// Every key, in the order of the sheet.
 pub const SHORTCUTS: &[(KeyboardShortcut, Action, &str)] = &[
     (command(Key::O), Action::Open, "Open a picture, a sequence or a shot"),
-    (KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S), Action::SaveAs, "Save the shot as"),
+    (
+        KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S),
+        Action::SaveAs,
+        "Save the shot as",
+    ),
     (command(Key::S), Action::Save, "Save the shot"),
     (KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z), Action::Redo, "Redo"),
     (command(Key::Z), Action::Undo, "Undo"),
@@ -154,7 +158,8 @@ impl App {
     /// By a hundredth of the way from the nearest thing to infinity, in dioptres.
     fn step_focus(&mut self, steps: f64) {
         let Some(values) = self.lens_values() else { return };
-        let nearest = self.plate.as_ref().and_then(|plate| plate.histogram.range).map_or(1.0, |range| range[0]);
+        let nearest =
+            self.plate.as_ref().and_then(|plate| plate.histogram.range).map_or(1.0, |range| range[0]);
         let dioptres = 1.0 / values.focus_m + 0.01 * steps / nearest;
         self.change(Quantity::FocusDistance, if dioptres > 1e-9 { 1.0 / dioptres } else { f64::INFINITY });
     }

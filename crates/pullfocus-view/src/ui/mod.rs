@@ -88,7 +88,11 @@ impl App {
         Self::with(&cc.egui_ctx, render_state, start)
     }
 
-    fn with(ctx: &egui::Context, render_state: &egui_wgpu::RenderState, start: Start) -> Result<Self, String> {
+    fn with(
+        ctx: &egui::Context,
+        render_state: &egui_wgpu::RenderState,
+        start: Start,
+    ) -> Result<Self, String> {
         let told = |error: std::io::Error| format!("a thread could not be started: {error}");
         let engine = Engine::start(ctx, render_state, start.device).map_err(told)?;
         let loader = Loader::start(ctx).map_err(told)?;
@@ -145,7 +149,9 @@ impl App {
 
     /// Opens what was open when the program ended.
     fn open_last(&mut self) {
-        let Some(options) = self.session.shot.as_deref().and_then(|text| config::parse(text).ok()) else { return };
+        let Some(options) = self.session.shot.as_deref().and_then(|text| config::parse(text).ok()) else {
+            return;
+        };
         self.frame = self.session.frame;
         self.loader.open(options);
     }
@@ -269,7 +275,10 @@ impl App {
 
     /// What the distances of the frame in front are, on the device.
     fn distances(&self, plate: &Arc<Plate>) -> Option<Texture> {
-        self.distance.as_ref().filter(|(known, _)| Arc::ptr_eq(known, plate)).and_then(|(_, texture)| texture.clone())
+        self.distance
+            .as_ref()
+            .filter(|(known, _)| Arc::ptr_eq(known, plate))
+            .and_then(|(_, texture)| texture.clone())
     }
 
     /// Takes what was read, and asks for what is missing.
@@ -293,7 +302,8 @@ impl App {
             self.go_to(frame);
             let title = clip.as_ref().map_or_else(String::new, |clip| format!("{} – ", clip.name));
             ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title}pullfocus")));
-            let warnings = self.loader.shelf().plate(0).map(|plate| plate.warnings.clone()).unwrap_or_default();
+            let warnings =
+                self.loader.shelf().plate(0).map(|plate| plate.warnings.clone()).unwrap_or_default();
             if let Some(warning) = warnings.into_iter().next() {
                 self.say(warning);
             }
@@ -303,9 +313,11 @@ impl App {
         // The frame in front, those that come next, and the one before.
         let ahead = if self.playing.is_some() { 24 } else { 4 };
         let last = clip.len();
-        let wanted = (index..(index + ahead).min(last)).chain(index.checked_sub(1)).collect();
+        let near = (index..(index + ahead).min(last)).chain(index.checked_sub(1));
+        let mut wanted: Vec<usize> = near.map(|index| clip.source(index)).collect();
+        wanted.dedup();
         self.loader.want(wanted);
-        let plate = self.loader.shelf().plate(index);
+        let plate = self.loader.shelf().plate(clip.source(index));
         let Some(plate) = plate else { return };
         if self.plate.as_ref().is_some_and(|known| Arc::ptr_eq(known, &plate)) {
             return;
@@ -322,7 +334,7 @@ impl App {
     /// Asks for the pictures that are looked at.
     fn ask(&mut self, ctx: &egui::Context) {
         let Some(plate) = self.plate.clone() else { return };
-        let frame = plate.number.unwrap_or_else(|| self.frame_number());
+        let frame = self.frame_number();
         let take = |side| self.document.take(side, &plate, frame);
         let first = match take(0) {
             Ok(take) => take,
@@ -400,7 +412,8 @@ fn absolute(options: &Options) -> Options {
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
-        let dropped = ctx.input(|input| input.raw.dropped_files.iter().find_map(|file| Some(file.path().to_owned())));
+        let dropped =
+            ctx.input(|input| input.raw.dropped_files.iter().find_map(|file| Some(file.path().to_owned())));
         if let Some(path) = dropped {
             self.open_path(&path);
         }
@@ -408,7 +421,9 @@ impl eframe::App for App {
         if let Some(reason) = lost {
             // Nothing can be drawn any more; the session brings everything back.
             self.keep_session();
-            tracing::error!("the GPU was lost ({reason}); start `pullfocus view` again, the session comes back");
+            tracing::error!(
+                "the GPU was lost ({reason}); start `pullfocus view` again, the session comes back"
+            );
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         self.play(&ctx);

@@ -13,7 +13,11 @@ impl App {
             let mut action = None;
             for (name, does, hint) in [
                 ("Open…", Action::Open, "A picture, a sequence or a shot."),
-                ("Save shot", Action::Save, "Keep lens, settings and keys in a small file that `pullfocus render --shot` renders."),
+                (
+                    "Save shot",
+                    Action::Save,
+                    "Keep lens, settings and keys in a small file that `pullfocus render --shot` renders.",
+                ),
                 ("Undo", Action::Undo, "Take the last change back."),
                 ("Redo", Action::Redo, "Make it again."),
             ] {
@@ -21,7 +25,11 @@ impl App {
                     action = Some(does);
                 }
             }
-            if ui.button("Render…").on_hover_text("Render the shot, or a picture sequence or movie of what is seen, to files.").clicked() {
+            if ui
+                .button("Render…")
+                .on_hover_text("Render the shot, or a picture sequence or movie of what is seen, to files.")
+                .clicked()
+            {
                 self.windows.export = true;
             }
             if ui.button("Reference…").on_hover_text("Choose a picture to compare with.").clicked() {
@@ -31,7 +39,11 @@ impl App {
                 action = Some(Action::Shortcuts);
             }
             let dark = ui.visuals().dark_mode;
-            if ui.button(if dark { "Light" } else { "Dark" }).on_hover_text("Change the window's colours.").clicked() {
+            if ui
+                .button(if dark { "Light" } else { "Dark" })
+                .on_hover_text("Change the window's colours.")
+                .clicked()
+            {
                 self.session.dark = Some(!dark);
                 ui.ctx().set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
             }
@@ -66,14 +78,23 @@ impl App {
                 let shown = state.shown[self.front()].as_ref();
                 let stages = shown.map(|shown| {
                     let ms = |time: std::time::Duration| format!("{:.1}", 1e3 * time.as_secs_f64());
-                    let each: Vec<String> =
-                        shown.report.stages.iter().map(|stage| format!("{} {}", stage.name, ms(stage.time))).collect();
-                    let size = if shown.reduced > 1 { format!(" at 1/{}", shown.reduced) } else { String::new() };
+                    let each: Vec<String> = shown
+                        .report
+                        .stages
+                        .iter()
+                        .map(|stage| format!("{} {}", stage.name, ms(stage.time)))
+                        .collect();
+                    let size =
+                        if shown.reduced > 1 { format!(" at 1/{}", shown.reduced) } else { String::new() };
                     (format!("{} ms{size} on {}", ms(shown.time), shown.device), each.join(", "))
                 });
                 (state.fault.clone(), state.busy, state.note.clone(), stages)
             };
-            let message = self.message.as_ref().filter(|(_, since)| since.elapsed() < MESSAGE).map(|(text, _)| text.clone());
+            let message = self
+                .message
+                .as_ref()
+                .filter(|(_, since)| since.elapsed() < MESSAGE)
+                .map(|(text, _)| text.clone());
             if message.is_some() {
                 ui.ctx().request_repaint_after(MESSAGE);
             }
@@ -91,7 +112,8 @@ impl App {
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let text = note.unwrap_or_else(|| self.engine.device_text.clone());
-                ui.label(text).on_hover_text("What renders. Without a GPU pictures are smaller while something moves.");
+                ui.label(text)
+                    .on_hover_text("What renders. Without a GPU pictures are smaller while something moves.");
             });
         });
     }
@@ -104,11 +126,17 @@ impl App {
         let frame = self.frame_number();
         let curve = self.document.take(self.front(), &plate, frame).ok().and_then(|take| take.camera);
         let formula = curve.map(|camera| camera.circle_of_confusion(&plate.scene.frame));
-        let mut rows: [(&str, String); 5] =
-            [("at", "–".into()), ("pinhole", "–".into()), ("result", "–".into()), ("depth", "–".into()), ("circle", "–".into())];
+        let mut rows: [(&str, String); 5] = [
+            ("at", "–".into()),
+            ("pinhole", "–".into()),
+            ("result", "–".into()),
+            ("depth", "–".into()),
+            ("circle", "–".into()),
+        ];
         if let Some([x, y]) = self.hovered {
             let colors = &plate.scene.base.picture.colors;
-            let color: Vec<String> = colors.iter().take(3).map(|plane| format!("{:.3}", plane.at(x, y))).collect();
+            let color: Vec<String> =
+                colors.iter().take(3).map(|plane| format!("{:.3}", plane.at(x, y))).collect();
             rows[0].1 = format!("{x}, {y}");
             rows[1].1 = color.join(" ");
             let probe = Probe { side: usize::from(self.look.left == View::Other), at: [x, y] };
@@ -150,8 +178,11 @@ impl App {
         if histogram.range.is_none() {
             return;
         }
-        ui.label("Depth").on_hover_text("How much of the picture is how far away; what is in focus is green. Click to focus.");
-        let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), 60.0), Sense::click_and_drag());
+        ui.label("Depth").on_hover_text(
+            "How much of the picture is how far away; what is in focus is green. Click to focus.",
+        );
+        let (rect, response) =
+            ui.allocate_exact_size(Vec2::new(ui.available_width(), 60.0), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Histogram of depth"));
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
@@ -169,10 +200,15 @@ impl App {
             // The root, so that small things are seen beside large ones.
             let height = (count as f32 / most).sqrt() * (rect.height() - 4.0);
             let left = rect.left() + i as f32 * width;
-            let bar = Rect::from_min_max([left, rect.bottom() - height].into(), [left + width, rect.bottom()].into());
+            let bar = Rect::from_min_max(
+                [left, rect.bottom() - height].into(),
+                [left + width, rect.bottom()].into(),
+            );
             painter.rect_filled(bar, 0.0, ui.visuals().text_color());
         }
-        if let Some(pointer) = response.interact_pointer_pos().filter(|_| response.clicked() || response.dragged()) {
+        if let Some(pointer) =
+            response.interact_pointer_pos().filter(|_| response.clicked() || response.dragged())
+        {
             let place = f64::from((pointer.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
             if let Some(metres) = histogram.distance(place) {
                 self.change(crate::document::Quantity::FocusDistance, metres);
@@ -182,7 +218,9 @@ impl App {
             let units = self.look.units();
             let [near, far] = histogram.range.unwrap_or_default();
             ui.small(distance::format(near, units));
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.small(distance::format(far, units)));
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.small(distance::format(far, units))
+            });
         });
     }
 }

@@ -18,7 +18,11 @@ impl App {
             for (name, does, hint) in [
                 ("⏮", Action::First, "First frame (Home)."),
                 ("◀", Action::Before, "One frame back (Left)."),
-                (if self.playing.is_some() { "⏸" } else { "▶" }, Action::Play, "Play in real time, or stop (P)."),
+                (
+                    if self.playing.is_some() { "⏸" } else { "▶" },
+                    Action::Play,
+                    "Play in real time, or stop (P).",
+                ),
                 ("▶|", Action::After, "One frame on (Right)."),
                 ("⏭", Action::Last, "Last frame (End)."),
             ] {
@@ -42,11 +46,26 @@ impl App {
                 action = Some(Action::KeyHere);
             }
             self.key_controls(ui);
+            if self.clip.as_ref().is_some_and(|clip| clip.is_still()) {
+                ui.separator();
+                let hint = "Hold this picture for two seconds, to pull focus on it.";
+                if ui.button("Hold the still").on_hover_text(hint).clicked() {
+                    self.hold(2.0);
+                }
+            }
         });
         self.strip(ui, first, last);
         if let Some(action) = action {
             self.act(action);
         }
+    }
+
+    /// Makes frames of one picture.
+    fn hold(&mut self, seconds: f64) {
+        let frames = (seconds * self.look.fps).round().max(2.0) as i64;
+        let mut options = self.document.shot().clone();
+        options.files.frames = Some(pullfocus_job::values::Label(format!("1-{frames}")));
+        self.loader.open(options);
     }
 
     fn key_controls(&mut self, ui: &mut Ui) {
@@ -62,19 +81,22 @@ impl App {
         let focus = key.focus_distance_m.map_or(String::new(), |metres| distance::format(metres, units));
         ui.label(format!("Key at {}: {focus}", key.frame));
         let mut easing = key.easing;
-        egui::ComboBox::from_id_salt("easing").selected_text(format!("{easing:?}")).width(70.0).show_ui(ui, |ui| {
-            for (choice, hint) in [
-                (Easing::Smooth, "Starts and ends slowly."),
-                (Easing::Linear, "Evenly."),
-                (Easing::In, "Starts slowly."),
-                (Easing::Out, "Ends slowly."),
-                (Easing::Hold, "Stays, and jumps at the next key."),
-            ] {
-                ui.selectable_value(&mut easing, choice, format!("{choice:?}")).on_hover_text(hint);
-            }
-        })
-        .response
-        .on_hover_text("How the lens goes on from this key to the next one.");
+        egui::ComboBox::from_id_salt("easing")
+            .selected_text(format!("{easing:?}"))
+            .width(70.0)
+            .show_ui(ui, |ui| {
+                for (choice, hint) in [
+                    (Easing::Smooth, "Starts and ends slowly."),
+                    (Easing::Linear, "Evenly."),
+                    (Easing::In, "Starts slowly."),
+                    (Easing::Out, "Ends slowly."),
+                    (Easing::Hold, "Stays, and jumps at the next key."),
+                ] {
+                    ui.selectable_value(&mut easing, choice, format!("{choice:?}")).on_hover_text(hint);
+                }
+            })
+            .response
+            .on_hover_text("How the lens goes on from this key to the next one.");
         if easing != key.easing {
             self.document.set_easing(key.frame, easing);
         }
@@ -98,9 +120,10 @@ impl App {
         if let Some(clip) = self.clip.clone() {
             let shelf = self.loader.shelf();
             for index in 0..clip.len() {
-                let color = if shelf.has(index) {
+                let source = clip.source(index);
+                let color = if shelf.has(source) {
                     Color32::from_rgb(60, 130, 200)
-                } else if shelf.faults.contains_key(&index) {
+                } else if shelf.faults.contains_key(&source) {
                     Color32::from_rgb(200, 60, 50)
                 } else {
                     continue;
@@ -116,9 +139,15 @@ impl App {
         }
         // The focus, in dioptres: near is up.
         let keys = self.document.shot().keys.clone();
-        let most = keys.keys().iter().filter_map(|key| of(key, Quantity::FocusDistance)).fold(0.0, |most: f64, z| most.max(1.0 / z));
+        let most = keys
+            .keys()
+            .iter()
+            .filter_map(|key| of(key, Quantity::FocusDistance))
+            .fold(0.0, |most: f64, z| most.max(1.0 / z));
         let height = |dioptres: f64| {
-            inner.bottom() - 8.0 - (dioptres / most.max(1e-9)).clamp(0.0, 1.0) as f32 * (inner.height() - 16.0)
+            inner.bottom()
+                - 8.0
+                - (dioptres / most.max(1e-9)).clamp(0.0, 1.0) as f32 * (inner.height() - 16.0)
         };
         if keys.keys().iter().any(|key| key.focus_distance_m.is_some()) {
             let points: Vec<Pos2> = (0..=200)
@@ -144,8 +173,10 @@ impl App {
             let response = response.on_hover_text(label.clone());
             over_key |= response.hovered() || response.dragged();
             let chosen = self.selected_key == Some(key.frame);
-            let color = if chosen { Color32::from_rgb(255, 200, 60) } else { ui.visuals().strong_text_color() };
-            let diamond = [[0.0, -6.0], [6.0, 0.0], [0.0, 6.0], [-6.0, 0.0]].map(|[x, y]| center + Vec2::new(x, y));
+            let color =
+                if chosen { Color32::from_rgb(255, 200, 60) } else { ui.visuals().strong_text_color() };
+            let diamond =
+                [[0.0, -6.0], [6.0, 0.0], [0.0, 6.0], [-6.0, 0.0]].map(|[x, y]| center + Vec2::new(x, y));
             painter.add(egui::Shape::convex_polygon(diamond.to_vec(), color, Stroke::NONE));
             if response.clicked() || response.drag_started() {
                 self.selected_key = Some(key.frame);

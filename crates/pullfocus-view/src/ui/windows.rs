@@ -205,9 +205,21 @@ impl App {
         let mut start = false;
         Window::new("Render to files").open(&mut open).collapsible(false).resizable(false).show(ctx, |ui| {
             for (what, name, hint) in [
-                (What::Shot, "The shot", "At full quality, as `pullfocus render` writes it: OpenEXR with every channel."),
-                (What::Pictures, "What is seen, as pictures", "With this exposure and display transform, as PNG files."),
-                (What::Movie, "What is seen, as a movie", "To send round. It is made by ffmpeg, if that is installed."),
+                (
+                    What::Shot,
+                    "The shot",
+                    "At full quality, as `pullfocus render` writes it: OpenEXR with every channel.",
+                ),
+                (
+                    What::Pictures,
+                    "What is seen, as pictures",
+                    "With this exposure and display transform, as PNG files.",
+                ),
+                (
+                    What::Movie,
+                    "What is seen, as a movie",
+                    "To send round. It is made by ffmpeg, if that is installed.",
+                ),
             ] {
                 ui.radio_value(&mut draft.what, what, name).on_hover_text(hint);
             }
@@ -218,15 +230,22 @@ impl App {
                     What::Pictures => "out/seen.####.png",
                     What::Movie => "seen.mp4",
                 };
-                let field = egui::TextEdit::singleline(&mut draft.output).desired_width(320.0).hint_text(hint);
+                let field =
+                    egui::TextEdit::singleline(&mut draft.output).desired_width(320.0).hint_text(hint);
                 ui.add(field).labelled_by(label.id);
             });
-            ui.checkbox(&mut draft.overwrite, "Replace files that are there").on_hover_text("Else a file that is there stops the run before it begins.");
+            ui.checkbox(&mut draft.overwrite, "Replace files that are there")
+                .on_hover_text("Else a file that is there stops the run before it begins.");
             match self.export.as_ref().map(Export::progress) {
                 Some(progress) if progress.end.is_none() => {
                     let part = progress.done as f32 / progress.of.max(1) as f32;
-                    ui.add(egui::ProgressBar::new(part).text(format!("{} of {}", progress.done, progress.of)));
-                    if ui.button("Stop").on_hover_text("End after this frame; what is written stays.").clicked()
+                    ui.add(
+                        egui::ProgressBar::new(part).text(format!("{} of {}", progress.done, progress.of)),
+                    );
+                    if ui
+                        .button("Stop")
+                        .on_hover_text("End after this frame; what is written stays.")
+                        .clicked()
                         && let Some(export) = &self.export
                     {
                         export.cancel();

@@ -1,5 +1,6 @@
 // Lays blurred layers over each other, from far to near, and over the picture if some lie in it already; the farthest
-// covers everything. A picture that is all in focus stays as it is. See `over.wgsl` for coverage above 1.
+// covers everything. A picture that is all in focus stays as it is. See `over.wgsl` for coverage above 1. With ALONE there is one
+// layer, and nothing behind it; with MATTE its coverage is what is shown.
 
 struct Params {
     width: u32,
@@ -12,28 +13,30 @@ struct Params {
 }
 
 @group(0) @binding(0) var<uniform> p: Params;
-// Ordered bits of the smallest and the largest diameter, then how many layers were found.
-@group(0) @binding(1) var<storage, read> range: vec3u;
 @group(0) @binding(2) var<storage, read_write> picture: array<Px>;
-
-fn from_ordered(key: u32) -> f32 {
-    return bitcast<f32>(select(~key, key ^ 0x80000000u, key >= 0x80000000u));
-}
 
 @compute @workgroup_size(64, 4)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= p.width || id.y >= p.height { return; }
-    if from_ordered(range.x) == 0.0 && from_ordered(range.y) == 0.0 { return; }
     let at = id.y * p.width + id.x;
+    if in_focus() {
+        // The picture itself is the only layer.
+        if ALONE && (MATTE || p.first > 0u) { picture[at] = px_pack(Lane(select(0.0, 1.0, p.first == 0u))); }
+        return;
+    }
     var behind = Lane(0.0);
     if !FARTHEST { behind = px_unpack(picture[at]); }
     for (var layer = 0u; layer < FRONTS; layer++) {
-        if layer < p.layers && p.first + layer < range.z {
+        let number = p.first + layer;
+        if layer < p.layers && number < range.z {
             let own = front(layer, at);
-            if FARTHEST && layer == 0u {
+            var covers = 1.0;
+            if number > 0u { covers = coverage(layer, at, own); }
+            if MATTE {
+                behind = Lane(clamp(covers, 0.0, 1.0));
+            } else if number == 0u {
                 behind = own;
             } else {
-                let covers = coverage(layer, at, own);
                 behind = own / max(covers, 1.0) + (1.0 - clamp(covers, 0.0, 1.0)) * behind;
             }
         }
