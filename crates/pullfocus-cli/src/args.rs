@@ -107,6 +107,18 @@ Examples:
   pullfocus demo
   pullfocus demo -o look --preset preview";
 
+const VIEW_EXAMPLES: &str = "\
+Click on the picture to focus there, drag to rack, wheel to zoom, F1 for the
+keys. Without IN the last session comes back.
+
+Examples:
+  pullfocus view frame.exr
+  pullfocus view shot/                     # a folder: its longest sequence
+  pullfocus view 'in/shot.####.exr'
+  pullfocus view pull.toml                 # a shot that was saved
+  pullfocus view photo.jpg --depth-file map.png --depth disparity \\
+      --depth-scale 0.8 --depth-shift 0.1";
+
 const DEVICES_EXAMPLES: &str = "\
 A software driver computes on the processor: it is slower than the CPU itself,
 and taken only by its name.
@@ -149,6 +161,9 @@ pub enum Command {
     /// Measure how fast this machine is
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(BenchArgs),
+    /// Pull focus on the picture, live, in a window
+    #[command(after_help = VIEW_EXAMPLES)]
+    View(Box<ViewArgs>),
     /// Write completions for a shell
     #[command(
         after_help = "Example:\n  pullfocus completions bash \\\n      > ~/.local/share/bash-completion/completions/pullfocus"
@@ -242,6 +257,29 @@ impl CocArgs {
             config,
         )
     }
+}
+
+/// Arguments of `view`.
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    /// Picture, sequence, folder or shot to open.
+    #[command(flatten)]
+    pub files: Files,
+    /// The lens.
+    #[command(flatten)]
+    pub lens: Lens,
+    /// Depth.
+    #[command(flatten)]
+    pub depth: Depth,
+    /// The circle of confusion.
+    #[command(flatten)]
+    pub circle: Circle,
+    /// The blur.
+    #[command(flatten)]
+    pub blur: Blur,
+    /// Forget the last session and keep none
+    #[arg(long, help_heading = "Running")]
+    pub no_session: bool,
 }
 
 /// Arguments of `inspect`.

@@ -37,7 +37,7 @@ pub struct Made {
 impl Made {
     /// Takes a loaded frame apart: what there is to tell and to write into, what is computed with, and the camera.
     pub fn begin(files: &FrameFiles, loaded: LoadedFrame) -> (Self, Scene, Option<Camera>) {
-        let LoadedFrame { scene, target, camera, distance, channels, warnings } = loaded;
+        let LoadedFrame { scene, target, camera, found: _, distance, channels, warnings } = loaded;
         let mut report = FrameReport::new(files.inputs(), files.outputs());
         report.size = Some([scene.frame.data.size.width, scene.frame.data.size.height]);
         report.channels = channels;

@@ -10,6 +10,7 @@ use pullfocus_job::frames::FrameFiles;
 use pullfocus_job::job::Job;
 use pullfocus_job::load;
 use pullfocus_job::purpose::Purpose;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -17,6 +18,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug)]
 pub struct Clip {
     job: Job,
+    /// For each frame the first one with the same files.
+    sources: Vec<usize>,
     /// What it goes by in the window's title.
     pub name: String,
 }
@@ -34,7 +37,12 @@ impl Clip {
         let named =
             options.files.input.as_ref().and_then(|inputs| inputs.first()).or(options.files.behind.as_ref());
         let name = named.map_or_else(String::new, |path| file_name(path));
-        Ok(Self { job, name })
+        let mut first = HashMap::new();
+        let sources = job.frames.iter().enumerate().map(|(index, files)| {
+            *first.entry(FrameFiles { number: None, ..files.clone() }).or_insert(index)
+        });
+        let sources = sources.collect();
+        Ok(Self { job, sources, name })
     }
 
     /// How many frames there are; at least one.
@@ -65,9 +73,7 @@ impl Clip {
 
     /// The first frame with the same files: a held still is read once.
     pub fn source(&self, index: usize) -> usize {
-        let Some(files) = self.files(index) else { return index };
-        let same = |other: &FrameFiles| FrameFiles { number: files.number, ..other.clone() } == *files;
-        self.job.frames[..index].iter().position(same).unwrap_or(index)
+        self.sources.get(index).copied().unwrap_or(index)
     }
 
     /// Whether it is one picture without a number, which can be held.

@@ -76,13 +76,16 @@ fn numbered(name: &str) -> Option<(String, usize, String)> {
     Some((name[..start].to_owned(), end - start, name[end..].to_owned()))
 }
 
-/// The options that a path stands for, over `base`.
+/// The options that a path stands for, with those of `base`, which win over a shot's.
 ///
 /// # Errors
 /// A folder without pictures, a shot that cannot be read.
 pub fn options(path: &Path, base: &Options) -> Result<Options> {
     if has_ending(path, &["toml"]) {
-        return config::read(path);
+        let mut over = base.clone();
+        // The shot's own picture, not the path that led to the shot.
+        over.files.input = None;
+        return Ok(over.over(config::read(path)?));
     }
     let mut options = base.clone();
     let input = if path.is_dir() {

@@ -7,3 +7,4 @@ pub mod demo;
 pub mod devices;
 pub mod inspect;
 pub mod render;
+pub mod view;

@@ -1,0 +1,52 @@
+//! `pullfocus view`: the interactive program.
+
+use crate::args::ViewArgs;
+use pullfocus_job::failure::Result;
+
+/// Opens the window and stays until it is closed.
+///
+/// # Errors
+/// Options that do not go together, files that are not there, a system without a screen.
+#[cfg(feature = "view")]
+pub fn run(args: ViewArgs) -> Result<()> {
+    use pullfocus::Device;
+    use pullfocus_core::pull::Pull;
+    use pullfocus_job::config::Options;
+    use pullfocus_job::failure::Failure;
+    use pullfocus_job::options::{CocView, Run};
+    use pullfocus_view::engine::Choice;
+    use pullfocus_view::session::Session;
+    use pullfocus_view::ui::Start;
+    use pullfocus_view::{clip::Clip, opening, window};
+
+    let ViewArgs { files, lens, depth, circle, blur, no_session } = args;
+    let device = match blur.device.clone().unwrap_or_default().0 {
+        Device::Auto => Choice::Auto,
+        Device::Cpu => Choice::Cpu,
+        Device::Gpu(_) => Choice::Gpu,
+    };
+    let (view, run, keys) = (CocView::default(), Run::default(), Pull::default());
+    let mut options = Options { files, lens, depth, circle, blur, view, run, keys };
+    let single =
+        options.files.input.as_ref().filter(|inputs| inputs.len() == 1).and_then(|inputs| inputs.first());
+    if let Some(path) = single.cloned() {
+        options = opening::options(&path, &options)?;
+    }
+    if options.files.input.is_some() || options.files.behind.is_some() {
+        // What cannot be opened is told here, before there is a window.
+        Clip::open(&options)?;
+    }
+    let session = if no_session { None } else { Session::usual_path() };
+    window::run(Start { path: None, options, device, session }).map_err(Failure::failed)
+}
+
+/// The program was built without a window.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "view"))]
+pub fn run(_: ViewArgs) -> Result<()> {
+    Err(pullfocus_job::failure::Failure::usage(
+        "this program was built without a window; build it with the feature view",
+    ))
+}
