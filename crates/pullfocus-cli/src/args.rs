@@ -4,7 +4,7 @@ use clap::{Args, Parser, Subcommand};
 use pullfocus_core::pull::Pull;
 use pullfocus_job::config::Options;
 use pullfocus_job::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};
-use pullfocus_job::values::{BenchSize, DeviceChoice};
+use pullfocus_job::values::{BenchSize, DeviceChoice, Largest};
 use std::path::PathBuf;
 
 /// Depth of field for pictures in perfect focus: rendered frames and photographs with depth.
@@ -25,6 +25,8 @@ Examples:
   Blur it, and see where it is sharp:
     pullfocus render frame.exr -o out.exr --focus-distance 2.5 --f-stop 2.8
     pullfocus coc frame.exr -o coc.png --focus-distance 2.5 --f-stop 2.8
+  Take a focus pull to another program:
+    pullfocus camera pull.toml -o pull.usda
   See how far two pictures are apart:
     pullfocus compare out.exr reference.exr -o difference.png
   See which devices there are to render on:
@@ -87,6 +89,18 @@ Examples:
   pullfocus coc frame.exr -o coc.exr --focus-distance 2.5 --f-stop 2.8
   pullfocus render coc.exr -o out.exr --coc-channel coc";
 
+const CAMERA_EXAMPLES: &str = "\
+A table has a line for each frame: focus distance, f-stop, focal length, sensor
+width, field of view, aperture diameter, and from where to where it is sharp
+(--sharp). A USD layer has one camera, in centimetres and millimetres, with
+values at each frame. What the keys leave out is the shot's, the command line's,
+or what the first frame's file says.
+
+Examples:
+  pullfocus camera pull.toml -o pull.csv
+  pullfocus camera pull.toml -o pull.usda --frames 1001-1100 --fps 25
+  pullfocus camera pull.toml -o pull.usda --focal-length 50 --sensor-width 36";
+
 const INSPECT_EXAMPLES: &str = "\
 Examples:
   pullfocus inspect frame.exr
@@ -146,6 +160,9 @@ pub enum Command {
     /// Write the circle of confusion, as a picture or as a channel
     #[command(after_help = COC_EXAMPLES)]
     Coc(Box<CocArgs>),
+    /// Write a shot's lens, frame by frame: a table or a USD camera
+    #[command(after_help = CAMERA_EXAMPLES)]
+    Camera(Box<CameraArgs>),
     /// Tell what is in a file: parts, channels, depth, camera
     #[command(after_help = INSPECT_EXAMPLES)]
     Inspect(InspectArgs),
@@ -280,6 +297,36 @@ pub struct ViewArgs {
     /// Forget the last session and keep none
     #[arg(long, help_heading = "Running")]
     pub no_session: bool,
+}
+
+/// Arguments of `camera`.
+#[derive(Debug, Args)]
+pub struct CameraArgs {
+    /// Settings file (TOML), with or without keys
+    #[arg(value_name = "SHOT.toml")]
+    pub shot: PathBuf,
+    /// File to write: .csv (a table) or .usda (a USD layer)
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Which frames; those of the shot and its pictures, or from its first key to its last, if not given
+    #[arg(long, value_name = "RANGE", allow_hyphen_values = true)]
+    pub frames: Option<String>,
+    /// Frames per second of a USD layer
+    #[arg(long, value_name = "N", default_value_t = 24.0, allow_negative_numbers = true)]
+    pub fps: f64,
+    /// Largest circle of confusion that still counts as sharp: pixels (2) or a part of the width; 0.08% is a 1500th of a
+    /// full-frame sensor's diagonal
+    #[arg(long, value_name = "SIZE", default_value = "0.08%")]
+    pub sharp: Largest,
+    /// The lens
+    #[command(flatten)]
+    pub lens: Lens,
+    /// Replace OUT if it is already there
+    #[arg(long)]
+    pub overwrite: bool,
+    /// One JSON document on standard output, for machines
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `inspect`.

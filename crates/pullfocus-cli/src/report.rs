@@ -166,14 +166,11 @@ impl FrameReport {
             self.stages.iter().map(|stage| format!("{} {:.1} ms", stage.name, stage.ms)).collect();
         stages.join(", ")
     }
+}
 
-    /// "focus distance 2 m (--focus-distance), f-stop 2.8 (attribute aperture)".
-    pub fn camera_text(&self) -> String {
-        let values: Vec<String> = self
-            .camera
-            .iter()
-            .map(|value| format!("{} {} ({})", value.name, value.text, value.from))
-            .collect();
-        values.join(", ")
-    }
+/// "focus distance 2 m (--focus-distance), f-stop 2.8 (attribute aperture)".
+pub fn camera_text(values: &[CameraValue]) -> String {
+    let values: Vec<String> =
+        values.iter().map(|value| format!("{} {} ({})", value.name, value.text, value.from)).collect();
+    values.join(", ")
 }

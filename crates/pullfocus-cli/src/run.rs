@@ -72,6 +72,7 @@ fn dispatch(command: Command, cancel: &Cancel) -> Result<()> {
     match command {
         Command::Render(args) => commands::render::run(*args, cancel),
         Command::Coc(args) => commands::coc::run(*args, cancel),
+        Command::Camera(args) => commands::camera::run(*args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Compare(args) => commands::compare::run(&args),
         Command::Demo(args) => commands::demo::run(&args, cancel),

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, ok, pullfocus, refused};
+use common::{Folder, command, ok, pullfocus, refused};
 use std::fs;
 
 const LENS: [&str; 8] =
@@ -10,7 +10,7 @@ const LENS: [&str; 8] =
 
 #[test]
 fn help_teaches_with_examples() {
-    for command in ["render", "coc", "inspect", "compare", "demo", "devices", "bench"] {
+    for command in ["render", "coc", "camera", "inspect", "compare", "demo", "devices", "bench"] {
         let help = ok(pullfocus([command, "--help"]));
         assert!(
             help.contains("Example") && help.contains(&format!("pullfocus {command}")),
@@ -24,7 +24,9 @@ fn help_teaches_with_examples() {
         let longest = examples.lines().map(str::len).max().unwrap_or(0);
         assert!(longest < 80, "{longest}: {examples}");
     }
-    for command in ["render", "coc", "inspect", "compare", "demo", "devices", "bench", "completions"] {
+    for command in
+        ["render", "coc", "camera", "inspect", "compare", "demo", "devices", "bench", "completions"]
+    {
         assert!(all.contains(command), "{command}");
     }
     let render = ok(pullfocus(["render", "--help"]));
@@ -209,6 +211,33 @@ fn a_settings_file_holds_the_options_and_flags_lie_over_it() {
     );
     let error = refused(2, pullfocus(["render", "--config", &folder.path("none.toml")]));
     assert!(error.contains("none.toml"), "{error}");
+}
+
+#[test]
+fn paths_in_a_settings_file_count_from_its_folder() {
+    let (folder, elsewhere) = (Folder::new(), Folder::new());
+    folder.frame("in.exr", 1);
+    let text = "input = 'in.exr'\noutput = 'out.exr'\nfocus-distance = 2\nf-stop = 2\nfocal-length = 50\nsensor-width = 36\n";
+    fs::write(folder.path("shot.toml"), text).unwrap();
+    let run = command(["coc", "-q", "--config", &folder.path("shot.toml")])
+        .current_dir(elsewhere.path(""))
+        .status();
+    assert!(run.unwrap().success() && folder.has("out.exr") && !elsewhere.has("out.exr"));
+    // What the command line says counts from the working folder, and so does what comes from a pipe.
+    let flag = command(["coc", "-q", "--config", &folder.path("shot.toml"), "-o", "flag.exr"])
+        .current_dir(elsewhere.path(""))
+        .status();
+    assert!(flag.unwrap().success() && elsewhere.has("flag.exr"));
+    #[cfg(unix)]
+    {
+        let mut piped = command(["coc", "-q", "--config", "/dev/stdin", "-o", "piped.exr"])
+            .current_dir(folder.path(""))
+            .stdin(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::io::Write::write_all(&mut piped.stdin.take().unwrap(), text.as_bytes()).unwrap();
+        assert!(piped.wait().unwrap().success() && folder.has("piped.exr"));
+    }
 }
 
 #[test]

@@ -17,6 +17,7 @@
 //! ```
 
 pub mod align;
+pub mod camera_file;
 pub mod error;
 pub mod exr;
 pub mod images;

@@ -63,6 +63,18 @@ impl FileCamera {
             fill(&mut self.sensor_width, &other.sensor_width);
         }
     }
+
+    /// This camera, and what it lacks from another file's.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            focus_distance: self.focus_distance.or(other.focus_distance),
+            f_stop: self.f_stop.or(other.f_stop),
+            focal_length: self.focal_length.or(other.focal_length),
+            sensor_width: self.sensor_width.or(other.sensor_width),
+            fov_x: self.fov_x.or(other.fov_x),
+        }
+    }
 }
 
 /// One value of the camera, and where it came from.

@@ -3,6 +3,7 @@
 use crate::config::Options;
 use crate::failure::{Failure, Result};
 use crate::purpose::Purpose;
+use crate::shot;
 use pullfocus_core::pull::Pull;
 use pullfocus_io::output::{Existing, Need, check_target};
 use pullfocus_io::sequence::{Frames, Pattern, Request, number_in, plan};
@@ -146,9 +147,7 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
 
 /// The frames of a still with a moving lens, where nothing else says which: from the first key to the last.
 fn held(keys: &Pull, inputs: &[PathBuf], output: Option<&Path>) -> Result<Option<Frames>> {
-    let (Some(first), Some(last), [still]) = (keys.keys().first(), keys.keys().last(), inputs) else {
-        return Ok(None);
-    };
+    let [still] = inputs else { return Ok(None) };
     let alone = still.is_file() || Pattern::parse(still)?.is_none();
     let named = match output {
         Some(output) => Pattern::parse(output)?.is_some(),
@@ -158,7 +157,7 @@ fn held(keys: &Pull, inputs: &[PathBuf], output: Option<&Path>) -> Result<Option
     if !alone || number_in(still).is_some() || !named {
         return Ok(None);
     }
-    Ok(Some(format!("{:.0}-{:.0}", first.frame.floor(), last.frame.ceil()).parse()?))
+    shot::span(keys)
 }
 
 /// The path as the system goes it: through links, without `.` and `..`, whether or not the file is there.

@@ -36,14 +36,21 @@ fn attribute(found: &Option<Found>) -> Option<Attribute> {
         .map(|found| Attribute { value: found.value, from: format!("attribute {}", found.attribute) })
 }
 
-fn file_camera(found: &FoundCamera) -> FileCamera {
-    FileCamera {
+/// What a file with this frame says about its camera.
+pub fn file_camera(found: &FoundCamera, frame: &Frame) -> FileCamera {
+    let mut camera = FileCamera {
         focus_distance: attribute(&found.focus_distance_m),
         f_stop: attribute(&found.f_stop),
         focal_length: attribute(&found.focal_length_mm),
         sensor_width: attribute(&found.sensor_width_mm),
         fov_x: attribute(&found.fov_x_degrees),
+    };
+    // A screen window wider than its default 1 was set by a renderer: it is the field of view.
+    if camera.fov_x.is_none() && frame.screen_window_width != 1.0 && frame.screen_window_width > 0.0 {
+        let degrees = 2.0 * f64::from(0.5 * frame.screen_window_width).atan().to_degrees();
+        camera.fov_x = Some(Attribute { value: degrees, name: "screenWindowWidth".into() });
     }
+    camera
 }
 
 /// Depth decoding as the user gave it, filled from the file.
@@ -289,18 +296,12 @@ fn resolve(
     if job.selection.coc_channel.is_some() {
         return Ok(Lensed { camera: None, decoding: job.decoding, found: FileCamera::default() });
     }
-    let mut found = found.clone();
-    // A screen window wider than its default 1 was set by a renderer: it is the field of view.
-    if found.fov_x_degrees.is_none() && frame.screen_window_width != 1.0 && frame.screen_window_width > 0.0 {
-        let degrees = 2.0 * f64::from(0.5 * frame.screen_window_width).atan().to_degrees();
-        found.fov_x_degrees = Some(Found { value: degrees, attribute: "screenWindowWidth".into() });
-    }
     let lens = shot::lens_at(&job.lens, &job.keys, number);
-    let mut from_file = file_camera(&found);
+    let mut from_file = file_camera(found, frame);
     from_file.fill(&job.fallback, lens.fov_x.is_some());
     let mut resolved = camera::resolve(&lens, &from_file, name)?;
     shot::name_keyed(&mut resolved.values, &job.keys, number);
-    let decoding = decoding(job, &found, &mut resolved.values);
+    let decoding = decoding(job, found, &mut resolved.values);
     Ok(Lensed { camera: Some(resolved), decoding, found: from_file })
 }
 

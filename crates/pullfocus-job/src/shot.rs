@@ -6,6 +6,7 @@ use crate::frames::FrameFiles;
 use crate::options::Lens;
 use crate::values::Number;
 use pullfocus_core::pull::{Key, Moment, Pull};
+use pullfocus_io::sequence::Frames;
 
 /// Takes away from a file's keys what `flags` say for the whole shot; keys that say nothing any more are gone.
 pub fn under(file: Pull, flags: &Lens) -> Pull {
@@ -43,6 +44,15 @@ pub fn check(keys: &Pull, lens: &Lens, frames: &[FrameFiles]) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The frames from the first key to the last; none without keys.
+///
+/// # Errors
+/// [`Failure::Usage`] where these are too many, or no frame's number.
+pub fn span(keys: &Pull) -> Result<Option<Frames>> {
+    let (Some(first), Some(last)) = (keys.keys().first(), keys.keys().last()) else { return Ok(None) };
+    Ok(Some(format!("{:.0}-{:.0}", first.frame.floor(), last.frame.ceil()).parse::<Frames>()?))
 }
 
 /// What the keys say at a frame; nothing without a number.

@@ -1,6 +1,7 @@
 //! The commands, one module each.
 
 pub mod bench;
+pub mod camera;
 pub mod coc;
 pub mod compare;
 pub mod demo;

@@ -4,7 +4,7 @@
 use crate::args::RenderArgs;
 use crate::console::{Console, milliseconds, seconds};
 use crate::overlap::{self, Arrival, Compute, Made};
-use crate::report::{Document, FrameReport, Outcome};
+use crate::report::{Document, FrameReport, Outcome, camera_text};
 use pullfocus::Renderer;
 use pullfocus_core::{Cancel, Error};
 use pullfocus_io::FileError;
@@ -131,7 +131,7 @@ fn all(
                 made.report
             }
         };
-        let camera = report.camera_text();
+        let camera = camera_text(&report.camera);
         if !camera.is_empty() && camera != told.camera {
             console.say(format!("camera: {camera}"));
             told.camera = camera;

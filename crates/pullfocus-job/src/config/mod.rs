@@ -152,7 +152,7 @@ fn group<T: DeserializeOwned>(text: &str) -> std::result::Result<T, String> {
     })
 }
 
-/// Reads a settings file. Its relative paths count from its folder.
+/// Reads a settings file. Its relative paths count from its folder; from a pipe, from the working folder.
 ///
 /// # Errors
 /// [`Failure::Usage`], naming the file.
@@ -162,6 +162,8 @@ pub fn read(path: &Path) -> Result<Options> {
         Failure::usage(format!("the settings file {} cannot be read: {reason}", path.display()))
     };
     let file = std::fs::File::open(path).map_err(|error| unreadable(&error))?;
+    // A pipe has no place of its own.
+    let piped = file.metadata().is_ok_and(|meta| !meta.is_file());
     let mut bytes = Vec::new();
     file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
     if bytes.len() as u64 > LARGEST_BYTES {
@@ -170,7 +172,7 @@ pub fn read(path: &Path) -> Result<Options> {
     let text = String::from_utf8(bytes).map_err(|_| unreadable(&"it is not text in UTF-8"))?;
     let mut options = parse(&text)
         .map_err(|reason| Failure::usage(format!("in the settings file {}, {reason}", path.display())))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = path.parent().filter(|_| !piped).unwrap_or(Path::new(""));
     // An absolute path takes the folder's place.
     paths::each(&mut options, |file| *file = folder.join(&file));
     Ok(options)

@@ -2,6 +2,7 @@
 
 use super::{Keyed, Options, paths};
 use crate::failure::{Failure, Result};
+use pullfocus_io::FileError;
 use pullfocus_io::output::{Existing, Need, PendingFile, check_target};
 use serde::Serialize;
 use std::io::Write;
@@ -72,7 +73,7 @@ pub fn write_to(options: &Options, path: &Path, existing: Existing) -> Result<()
         }
     });
     let mut pending = PendingFile::create(path, existing)?;
-    pending.write_all(write(&options).as_bytes())?;
+    pending.write_all(write(&options).as_bytes()).map_err(|error| FileError::io(path, "write", error))?;
     pending.commit()?;
     Ok(())
 }
