@@ -48,7 +48,7 @@ pub fn file_camera(found: &FoundCamera, frame: &Frame) -> FileCamera {
     // A screen window wider than its default 1 was set by a renderer: it is the field of view.
     if camera.fov_x.is_none() && frame.screen_window_width != 1.0 && frame.screen_window_width > 0.0 {
         let degrees = 2.0 * f64::from(0.5 * frame.screen_window_width).atan().to_degrees();
-        camera.fov_x = Some(Attribute { value: degrees, name: "screenWindowWidth".into() });
+        camera.fov_x = Some(Attribute { value: degrees, from: "attribute screenWindowWidth".into() });
     }
     camera
 }
