@@ -15,6 +15,9 @@ pub struct Attribute {
     pub from: String,
 }
 
+/// Where a value comes from that nobody gave ([`FileCamera::assumed`]).
+pub const ASSUMED: &str = "assumed";
+
 /// What a file says about its camera.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FileCamera {
@@ -33,7 +36,7 @@ pub struct FileCamera {
 impl FileCamera {
     /// What to begin with where nobody says what the lens was: 50 mm at f/2.8 on 36 mm, focused at 3 m.
     pub fn assumed() -> Self {
-        let assume = |value| Some(Attribute { value, from: "assumed".into() });
+        let assume = |value| Some(Attribute { value, from: ASSUMED.into() });
         Self {
             focus_distance: assume(3.0),
             f_stop: assume(2.8),

@@ -3,7 +3,7 @@
 use crate::histogram::Histogram;
 use crate::proxy;
 use pullfocus_core::{Cancel, DepthKind, Distance, Plane, Scene, Size};
-use pullfocus_job::camera::FileCamera;
+use pullfocus_job::camera::{ASSUMED, FileCamera};
 use pullfocus_job::config::Options;
 use pullfocus_job::failure::{Failure, Result};
 use pullfocus_job::frames::FrameFiles;
@@ -144,8 +144,17 @@ impl Plate {
                 }
             }
         }
+        let mut found = found;
         let has_coc = matches!(scene.base.distance, Distance::Coc(_));
         let histogram = if has_coc { Histogram::default() } else { Histogram::of(&depth) };
+        if let Some(focus) = found.focus_distance.as_mut().filter(|focus| focus.from == ASSUMED) {
+            // What is in the middle of the picture is what it is about, more often than not.
+            let size = depth.size();
+            let middle = depth.at(size.width / 2, size.height / 2);
+            let there = Some(f64::from(middle)).filter(|middle| middle.is_finite() && *middle > 0.1);
+            focus.value =
+                there.or(histogram.distance(0.5)).filter(|focus| *focus > 0.1).unwrap_or(focus.value);
+        }
         Ok(Self {
             number: files.number,
             path: PathBuf::from(files.name()),

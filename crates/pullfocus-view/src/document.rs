@@ -5,7 +5,7 @@ use crate::clip::Plate;
 use crate::engine::Take;
 use pullfocus_core::Lens;
 use pullfocus_core::pull::{Easing, Key};
-use pullfocus_job::camera::{self, Resolved};
+use pullfocus_job::camera::{self, ASSUMED, Attribute, FileCamera, Resolved};
 use pullfocus_job::config::Options;
 use pullfocus_job::values::Number;
 use pullfocus_job::{settings, shot};
@@ -173,6 +173,27 @@ impl Document {
     /// Takes a key away.
     pub fn remove_key(&mut self, frame: f64) {
         self.takes[0].keys.remove(frame);
+    }
+}
+
+/// Takes what was assumed about a lens as given, so that a shot that is saved says it.
+pub fn keep_assumed(lens: &mut pullfocus_job::options::Lens, found: &FileCamera) {
+    let keep = |slot: &mut Option<Number>, found: &Option<Attribute>| {
+        if slot.is_none()
+            && let Some(found) = found.as_ref().filter(|found| found.from == ASSUMED)
+        {
+            *slot = Some(Number(found.value));
+        }
+    };
+    keep(&mut lens.focus_distance, &found.focus_distance);
+    if lens.aperture_diameter.is_none() {
+        keep(&mut lens.f_stop, &found.f_stop);
+    }
+    if lens.fov_x.is_none() || lens.focal_length.is_none() {
+        keep(&mut lens.sensor_width, &found.sensor_width);
+    }
+    if lens.fov_x.is_none() || lens.sensor_width.is_none() {
+        keep(&mut lens.focal_length, &found.focal_length);
     }
 }
 

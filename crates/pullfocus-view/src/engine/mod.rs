@@ -111,7 +111,8 @@ struct Inbox {
     ask: Option<Ask>,
     serial: u64,
     probe: Option<Probe>,
-    /// A comparison was finished; maybe another is due.
+    /// The pixel last asked for, and how many pictures there were.
+    probed: Option<(Probe, u64)>,
     quit: bool,
 }
 
@@ -224,9 +225,12 @@ impl Engine {
 
     /// Asks for the colour of a rendered pixel.
     pub fn probe(&self, probe: Probe) {
+        let count = lock(&self.shared.state).count;
         let mut inbox = lock(&self.shared.inbox);
-        if inbox.probe.as_ref() != Some(&probe) {
-            inbox.probe = Some(probe);
+        let asked = Some((probe, count));
+        if inbox.probed != asked {
+            inbox.probe = asked.as_ref().map(|(probe, _)| probe.clone());
+            inbox.probed = asked;
             self.shared.wake.notify_one();
         }
     }

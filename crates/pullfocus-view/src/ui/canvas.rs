@@ -267,8 +267,8 @@ impl App {
         ui.painter().text(
             handle.center(),
             egui::Align2::CENTER_CENTER,
-            "↔",
-            egui::FontId::proportional(16.0),
+            "< >",
+            egui::FontId::proportional(12.0),
             egui::Color32::WHITE,
         );
         if response.dragged() {

@@ -11,7 +11,7 @@ use pullfocus_job::options::{LayeringName, MethodName, PresetName};
 use pullfocus_job::values::{Number, Shape};
 
 /// Width of the panel, so that nothing moves when a value grows longer.
-pub const WIDTH: f32 = 300.0;
+pub const WIDTH: f32 = 330.0;
 
 impl App {
     /// The lens of the take in front at this frame.
@@ -23,7 +23,8 @@ impl App {
 
     pub(super) fn controls(&mut self, ui: &mut Ui) {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            ui.spacing_mut().slider_width = WIDTH - 120.0;
+            ui.spacing_mut().slider_width = WIDTH - 150.0;
+            ui.set_max_width(WIDTH - 20.0);
             self.lens_controls(ui);
             ui.separator();
             self.blur_controls(ui);
@@ -69,7 +70,7 @@ impl App {
         let keyed = self.document.is_keyed(0, quantity);
         let hint =
             if keyed { "Take this value's keys away." } else { "Let this value move: key it at this frame." };
-        let response = ui.small_button(if keyed { "◆" } else { "◇" }).on_hover_text(hint);
+        let response = ui.selectable_label(keyed, "key").on_hover_text(hint);
         if response.clicked() {
             let frame = self.frame_number();
             let result = self.document.toggle_keyed(quantity, value, frame);
@@ -175,11 +176,7 @@ impl App {
         let snap = self.look.thirds;
         let slider = Slider::new(&mut thirds, 0.0..=36.0)
             .clamping(egui::SliderClamping::Never)
-            .custom_formatter(move |thirds, _| {
-                let exact = (thirds / 6.0).exp2();
-                let near = thirds.round();
-                if (thirds - near).abs() < 0.02 { stops::mark(near as i32) } else { format!("{exact:.2}") }
-            })
+            .custom_formatter(move |thirds, _| stop_text((thirds / 6.0).exp2()))
             .custom_parser(|text| {
                 let text = text.trim().trim_start_matches(['f', 'F', 't', 'T']).trim_start_matches('/');
                 text.parse::<f64>().ok().filter(|stop| *stop > 0.0).map(|stop| 6.0 * stop.log2())
@@ -231,17 +228,17 @@ impl App {
         let before = width;
         ui.horizontal(|ui| {
             ui.label("Sensor");
-            let name = sensor::find(width).map_or("own", |sensor| sensor.name);
-            egui::ComboBox::from_id_salt("sensor").selected_text(name).width(150.0).show_ui(ui, |ui| {
-                for sensor in SENSORS {
-                    let text = format!("{}  ({} mm)", sensor.name, sensor.width_mm);
-                    ui.selectable_value(&mut width, sensor.width_mm, text);
-                }
-            });
             let drag = egui::DragValue::new(&mut width).range(1.0..=200.0).speed(0.1).suffix(" mm");
             ui.add(drag).on_hover_text(
                 "Width of the sensor (film back): the narrower, the blurrier at the same lens.",
             );
+        });
+        let name = sensor::find(width).map_or("Sensors by name", |sensor| sensor.name);
+        egui::ComboBox::from_id_salt("sensor").selected_text(name).width(WIDTH - 40.0).show_ui(ui, |ui| {
+            for sensor in SENSORS {
+                let text = format!("{}  ({} mm)", sensor.name, sensor.width_mm);
+                ui.selectable_value(&mut width, sensor.width_mm, text);
+            }
         });
         if width != before {
             let front = self.front();
@@ -465,6 +462,29 @@ impl App {
         if let Some(comparison) = &state.comparison {
             ui.label(format!("FLIP {:.4}, PSNR {:.2} dB", comparison.flip, comparison.psnr))
                 .on_hover_text("Take A beside the reference: FLIP 0 and a high PSNR mean alike.");
+        }
+    }
+}
+
+/// A stop as it is engraved, or with two digits where none is.
+fn stop_text(stop: f64) -> String {
+    let near = stops::nearest(stop);
+    let mark = stops::mark(near);
+    // Engraved numbers are rounded: 2.8 is not quite the third that it stands for.
+    let is_third = (6.0 * (stop / stops::third(near)).log2()).abs() < 0.02;
+    let is_mark = mark.parse::<f64>().is_ok_and(|engraved| (stop / engraved - 1.0).abs() < 1e-3);
+    if is_third || is_mark { mark } else { format!("{stop:.2}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stops_are_told_as_they_are_engraved() {
+        for (stop, text) in [(2.8, "2.8"), (stops::third(9), "2.8"), (2.0, "2"), (3.0, "3.00"), (5.6, "5.6")]
+        {
+            assert_eq!(stop_text(stop), text);
         }
     }
 }

@@ -10,7 +10,7 @@ mod windows;
 pub use canvas::Place;
 
 use crate::clip::{Clip, Plate};
-use crate::document::{Document, Quantity};
+use crate::document::{self, Document, Quantity};
 use crate::engine::{Ask, Choice, Engine, Reference};
 use crate::export::Export;
 use crate::loader::Loader;
@@ -292,6 +292,11 @@ impl App {
         }
         if let Some(options) = opened {
             self.engine.clear();
+            let plate = self.loader.shelf().plate(0);
+            let mut options = options;
+            if let Some(plate) = &plate {
+                document::keep_assumed(&mut options.lens, &plate.found);
+            }
             self.document = Document::new(options);
             self.undo = Undoer::default();
             self.clip.clone_from(&clip);
@@ -302,8 +307,7 @@ impl App {
             self.go_to(frame);
             let title = clip.as_ref().map_or_else(String::new, |clip| format!("{} – ", clip.name));
             ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title}pullfocus")));
-            let warnings =
-                self.loader.shelf().plate(0).map(|plate| plate.warnings.clone()).unwrap_or_default();
+            let warnings = plate.map(|plate| plate.warnings.clone()).unwrap_or_default();
             if let Some(warning) = warnings.into_iter().next() {
                 self.say(warning);
             }

@@ -16,19 +16,17 @@ impl App {
         let mut action = None;
         ui.horizontal(|ui| {
             for (name, does, hint) in [
-                ("⏮", Action::First, "First frame (Home)."),
-                ("◀", Action::Before, "One frame back (Left)."),
+                ("First", Action::First, "First frame (Home)."),
+                ("Back", Action::Before, "One frame back (Left)."),
                 (
-                    if self.playing.is_some() { "⏸" } else { "▶" },
+                    if self.playing.is_some() { "Stop" } else { "Play" },
                     Action::Play,
                     "Play in real time, or stop (P).",
                 ),
-                ("▶|", Action::After, "One frame on (Right)."),
-                ("⏭", Action::Last, "Last frame (End)."),
+                ("On", Action::After, "One frame on (Right)."),
+                ("Last", Action::Last, "Last frame (End)."),
             ] {
                 let response = ui.button(name).on_hover_text(hint);
-                let label = hint.split([' ', '.']).next().unwrap_or_default();
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, label));
                 if response.clicked() {
                     action = Some(does);
                 }
