@@ -4,7 +4,7 @@
 pub mod clip;
 pub mod document;
 pub mod engine;
-mod export;
+pub mod export;
 pub mod histogram;
 pub mod loader;
 pub mod look;

@@ -1,6 +1,7 @@
 //! How the picture is looked at. None of it changes what is rendered.
 
 use crate::screen::Transform;
+use pullfocus_core::Show;
 use pullfocus_core::focus::distance::Units;
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +84,10 @@ pub struct Look {
     pub center: [f32; 2],
     /// Distances in metres or feet.
     pub feet: bool,
+    /// A layer to look at alone, 0 for the farthest.
+    pub layer: Option<u32>,
+    /// Its matte in place of its colour.
+    pub matte: bool,
     /// Where distances are measured from.
     pub from: From,
     /// Circle of confusion in pixels up to which something counts as in focus.
@@ -107,6 +112,8 @@ impl Default for Look {
             zoom: None,
             center: [0.0, 0.0],
             feet: false,
+            layer: None,
+            matte: false,
             from: From::default(),
             sharp_px: 2.0,
             transmittance: None,
@@ -120,6 +127,15 @@ impl Look {
     /// The unit of distances.
     pub fn units(&self) -> Units {
         if self.feet { Units::Feet } else { Units::Metres }
+    }
+
+    /// Which layers are shown.
+    pub fn show(&self) -> Show {
+        match (self.layer, self.matte) {
+            (None, _) => Show::Result,
+            (Some(layer), false) => Show::Layer(layer),
+            (Some(layer), true) => Show::Matte(layer),
+        }
     }
 
     /// Whether a take is looked at.

@@ -5,7 +5,7 @@ mod cpu;
 mod gpu;
 mod worker;
 
-pub use compare::{Comparison, Reference};
+pub use compare::{Comparison, Reference, read_back};
 
 use crate::clip::Plate;
 use crate::screen::Texture;

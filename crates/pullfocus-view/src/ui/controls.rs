@@ -448,6 +448,22 @@ impl App {
                 });
             }
         });
+        ui.horizontal(|ui| {
+            let mut alone = self.look.layer.is_some();
+            let hint = "Show one layer of the composite alone, over nothing.";
+            if ui.checkbox(&mut alone, "Layer alone").on_hover_text(hint).changed() {
+                self.look.layer = alone.then_some(0);
+            }
+            if let Some(layer) = &mut self.look.layer {
+                let count =
+                    self.engine.state().shown[0].as_ref().map_or(1, |shown| shown.report.layers.max(1));
+                let most = if self.engine.on_gpu { 16 } else { count as u32 - 1 };
+                ui.add(egui::DragValue::new(layer).range(0..=most))
+                    .on_hover_text("Its number; 0 is the farthest.");
+                ui.checkbox(&mut self.look.matte, "Matte")
+                    .on_hover_text("How much the layer covers of what is behind it, in place of its colour.");
+            }
+        });
         let hint = "How strongly the circle of confusion lies over the picture: front red, in focus green, behind blue.";
         ui.add(Slider::new(&mut self.look.overlay, 0.0..=1.0).text("overlay")).on_hover_text(hint);
         ui.add(Slider::new(&mut self.look.exposure, -8.0..=8.0).text("stops").max_decimals(1))

@@ -11,8 +11,9 @@ pub use canvas::Place;
 
 use crate::clip::{Clip, Plate};
 use crate::document::{self, Document, Quantity};
-use crate::engine::{Ask, Choice, Engine, Reference};
-use crate::export::Export;
+use crate::engine::read_back;
+use crate::engine::{Ask, Choice, Engine, Reference, Take};
+use crate::export::{Export, Order};
 use crate::loader::Loader;
 use crate::look::{Look, View};
 use crate::screen::{self, Display, Texture};
@@ -20,6 +21,7 @@ use crate::session::Session;
 use crate::{opening, ui};
 use eframe::egui::util::undoer::Undoer;
 use eframe::{egui, egui_wgpu};
+use pullfocus_core::{Picture, Settings};
 use pullfocus_job::config::{self, Options};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -44,6 +46,7 @@ pub struct App {
     pub(crate) look: Look,
     pub(crate) session: Session,
     session_path: Option<PathBuf>,
+    ctx: egui::Context,
     base: Options,
     engine: Engine,
     loader: Loader,
@@ -103,6 +106,7 @@ impl App {
             document: Document::default(),
             look: session.look.clone(),
             session_path: start.session,
+            ctx: ctx.clone(),
             base: start.options,
             engine,
             loader,
@@ -253,6 +257,38 @@ impl App {
         self.engine.state().count
     }
 
+    /// The picture of take A as it was rendered last, at the precision of the screen's.
+    pub fn rendered_picture(&self) -> Option<Picture> {
+        let texture = self.engine.state().shown[0].as_ref().map(|shown| shown.texture.clone())?;
+        read_back(&self.device.0, &self.device.1, &texture).ok()
+    }
+
+    /// The run that writes files, if there was one.
+    pub fn export(&self) -> Option<&Export> {
+        self.export.as_ref()
+    }
+
+    /// Begins to write the shot to files.
+    ///
+    /// # Errors
+    /// One sentence: nothing is open, no thread is to be had.
+    pub fn start_export(&mut self, order: Order) -> Result<(), String> {
+        let clip = self.clip.clone().ok_or("nothing is open")?;
+        let export = Export::start(&self.ctx, clip, self.document.clone(), order);
+        self.export = Some(export.map_err(|error| format!("a thread could not be started: {error}"))?);
+        Ok(())
+    }
+
+    /// Mean FLIP of take A to the reference, once it is known.
+    pub fn flip(&self) -> Option<f64> {
+        self.engine.state().comparison.as_ref().map(|comparison| comparison.flip)
+    }
+
+    /// Sets the f-stop of the take in front.
+    pub fn set_f_stop(&mut self, f_stop: f64) {
+        self.change(Quantity::FStop, f_stop);
+    }
+
     /// What is made.
     pub fn document(&self) -> &Document {
         &self.document
@@ -341,7 +377,7 @@ impl App {
         let frame = self.frame_number();
         let take = |side| self.document.take(side, &plate, frame);
         let first = match take(0) {
-            Ok(take) => take,
+            Ok(take) => Take { settings: Settings { show: self.look.show(), ..take.settings }, ..take },
             Err(sentence) => {
                 self.say(sentence);
                 return;

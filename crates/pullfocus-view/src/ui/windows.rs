@@ -262,19 +262,16 @@ impl App {
             }
         });
         self.windows.export = open;
-        if start && let Some(clip) = self.clip.clone() {
-            let order = Order {
+        if start {
+            let result = self.start_export(Order {
                 what: draft.what,
                 output: self.folder().join(draft.output.trim()),
                 overwrite: draft.overwrite,
                 transform: self.look.transform,
                 gain: self.look.exposure.exp2(),
                 fps: self.look.fps,
-            };
-            match Export::start(ctx, clip, self.document.clone(), order) {
-                Ok(export) => self.export = Some(export),
-                Err(error) => self.say(format!("a thread could not be started: {error}")),
-            }
+            });
+            self.tell(result);
         }
         self.windows.order = Some(draft);
     }

@@ -1,0 +1,157 @@
+//! Files: bad ones, shots that come back, runs that are stopped.
+
+use crate::window::*;
+use eframe::egui::{Key, Modifiers};
+use pullfocus_core::Cancel;
+use pullfocus_job::config::Options;
+use pullfocus_job::job::Job;
+use pullfocus_job::purpose::Purpose;
+use pullfocus_job::{config, load};
+use pullfocus_view::engine::Choice;
+use pullfocus_view::export::{Order, What};
+use pullfocus_view::ui::Start;
+
+pub const TESTS: &[(&str, fn())] = &[
+    ("a_bad_file_leaves_what_is_open", a_bad_file_leaves_what_is_open),
+    ("a_saved_shot_renders_to_the_same_pixels", a_saved_shot_renders_to_the_same_pixels),
+    ("the_last_session_comes_back", the_last_session_comes_back),
+    ("a_run_that_is_stopped_leaves_nothing_by_half", a_run_that_is_stopped_leaves_nothing_by_half),
+    ("a_shot_plays", a_shot_plays),
+];
+
+fn sequence(frames: usize) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for frame in 1..=frames {
+        write_frame(&folder.path().join(format!("f.{frame:04}.exr")));
+    }
+    folder
+}
+
+fn a_bad_file_leaves_what_is_open() {
+    let folder = sequence(1);
+    let good = folder.path().join("f.0001.exr");
+    let bad = folder.path().join("bad.exr");
+    let bytes = std::fs::read(&good).unwrap();
+    std::fs::write(&bad, &bytes[..bytes.len() / 2]).unwrap();
+    let mut window = open(&good, Choice::Cpu, None);
+    click(&mut window, FAR);
+    for path in [bad, folder.path().join("none.exr"), folder.path().join("none.toml")] {
+        window.state_mut().open_path(&path);
+        settle(&mut window);
+        let message = window.state().message().unwrap_or_default().to_owned();
+        assert!(message.contains(path.file_name().unwrap().to_str().unwrap()), "{message}");
+        assert_eq!(focus(&window), DEPTHS[2]);
+    }
+}
+
+/// Frame by frame: what the window shows is what a saved shot renders to.
+fn a_saved_shot_renders_to_the_same_pixels() {
+    let folder = sequence(3);
+    let mut window = open(folder.path(), Choice::Cpu, None);
+    click(&mut window, NEAR);
+    window.key_press(Key::K);
+    settle(&mut window);
+    window.key_press(Key::End);
+    settle(&mut window);
+    click(&mut window, FAR);
+    window.key_press(Key::OpenBracket);
+    settle(&mut window);
+    let shot = folder.path().join("pull.toml");
+    window.state_mut().save(&shot);
+    assert!(window.state().message().unwrap().starts_with("Saved"), "{:?}", window.state().message());
+
+    let mut options: Options = config::read(&shot).unwrap();
+    options.files.output = Some(folder.path().join("out.####.exr"));
+    let job = Job::new(&options, Purpose::Render).unwrap();
+    assert_eq!(job.frames.len(), 3);
+    let mut renderer = pullfocus::Renderer::new();
+    for files in &job.frames {
+        window.state_mut().go_to(files.number.unwrap());
+        settle(&mut window);
+        let shown = window.state().rendered_picture().unwrap();
+        let mut loaded = load::load(&job, files, &Cancel::new()).unwrap();
+        let camera = loaded.camera.as_ref().map(|resolved| resolved.camera);
+        renderer.render(&mut loaded.scene, camera.as_ref(), &job.settings, &Cancel::new()).unwrap();
+        for (shown, rendered) in shown.colors.iter().zip(&loaded.scene.base.picture.colors) {
+            for (&shown, &rendered) in shown.data().iter().zip(rendered.data()) {
+                // The screen's picture is of halves: 11 bits.
+                assert!((shown - rendered).abs() <= rendered.abs() / 2048.0 + 1e-6, "{shown} {rendered}");
+            }
+        }
+    }
+    // And it opens again as it was.
+    let document = window.state().document().clone();
+    window.state_mut().open_path(&shot);
+    settle(&mut window);
+    assert_eq!(window.state().document().shot().keys, document.shot().keys);
+    assert_eq!(window.state().document().shot().lens, document.shot().lens);
+}
+
+fn the_last_session_comes_back() {
+    let folder = sequence(2);
+    let session = folder.path().join("config/view.toml");
+    let mut window = open(folder.path(), Choice::Cpu, Some(&session));
+    click(&mut window, FAR);
+    window.key_press(Key::ArrowRight);
+    settle(&mut window);
+    window.state_mut().look_mut().exposure = 1.0;
+    // Closed as a user closes it.
+    eframe::App::on_exit(window.state_mut());
+    drop(window);
+    let start =
+        Start { path: None, options: Options::default(), device: Choice::Cpu, session: Some(session) };
+    let mut window = with(start);
+    assert_eq!(focus(&window), DEPTHS[2]);
+    assert_eq!((window.state().frame_number(), window.state_mut().look_mut().exposure), (2, 1.0));
+}
+
+fn a_run_that_is_stopped_leaves_nothing_by_half() {
+    let folder = sequence(12);
+    let out = folder.path().join("out");
+    std::fs::create_dir(&out).unwrap();
+    let mut window = open(folder.path(), Choice::Cpu, None);
+    let order = |what, name: &str| Order {
+        what,
+        output: out.join(name),
+        overwrite: false,
+        transform: Default::default(),
+        gain: 1.0,
+        fps: 24.0,
+    };
+    window.state_mut().start_export(order(What::Shot, "s.####.exr")).unwrap();
+    while window.state().export().unwrap().progress().done == 0 && !window.state().export().unwrap().is_done()
+    {
+        std::thread::yield_now();
+    }
+    window.state().export().unwrap().cancel();
+    settle(&mut window);
+    let progress = window.state().export().unwrap().progress();
+    let written = std::fs::read_dir(&out).unwrap().count();
+    assert_eq!(written, progress.done, "{progress:?}");
+    let window_state = window.state_mut();
+    window_state.start_export(order(What::Pictures, "p.####.png")).unwrap();
+    settle(&mut window);
+    let progress = window.state().export().unwrap().progress();
+    assert!(progress.end.unwrap().is_ok());
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), written + 12);
+    // Once more: nothing is overwritten unasked.
+    window.state_mut().start_export(order(What::Pictures, "p.####.png")).unwrap();
+    settle(&mut window);
+    assert!(window.state().export().unwrap().progress().end.unwrap().is_err());
+}
+
+fn a_shot_plays() {
+    let folder = sequence(6);
+    let mut window = open(folder.path(), Choice::Cpu, None);
+    window.state_mut().look_mut().fps = 30.0;
+    window.key_press_modifiers(Modifiers::NONE, Key::P);
+    let mut seen = std::collections::BTreeSet::new();
+    let start = std::time::Instant::now();
+    while start.elapsed() < std::time::Duration::from_secs(20) && seen.len() < 4 {
+        window.step();
+        seen.insert(window.state().frame_number());
+    }
+    assert!(seen.len() >= 4, "{seen:?}");
+    window.key_press(Key::P);
+    settle(&mut window);
+}
