@@ -178,7 +178,7 @@ impl App {
         if histogram.range.is_none() {
             return;
         }
-        ui.label("Depth").on_hover_text(
+        ui.label("Distances").on_hover_text(
             "How much of the picture is how far away; what is in focus is green. Click to focus.",
         );
         let (rect, response) =

@@ -81,6 +81,7 @@ fn exposure_doubles_light() {
 fn a_reference_is_compared() {
     let (folder, mut window) = frame(Choice::Cpu);
     let path = folder.path().join("frame.exr");
+    window.state_mut().set_f_stop(0.7);
     window.state_mut().open_reference(&path);
     settle(&mut window);
     assert!(window.state().flip().unwrap() > 0.05, "a blurred picture is not its pinhole picture");
