@@ -1,0 +1,338 @@
+//! The window: mouse and keys, frames to the screen. See the library for what an engine does.
+
+use anyhow::{Context as _, Result, bail};
+use pullfocus_core::Size;
+use pullfocus_example_live_scene::{Live, Studio, adapter, blur, camera::Shot, instance};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+use winit::application::ApplicationHandler;
+use winit::dpi::{LogicalSize, PhysicalPosition};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, EventLoop};
+use winit::keyboard::{Key, NamedKey};
+use winit::window::{Window, WindowId};
+
+const USAGE: &str = "\
+A chess board at dusk, rendered every frame, through a lens.
+
+usage: pullfocus-example-live-scene [--device NAME-PART]
+       pullfocus-example-live-scene --picture OUT.png [--size 640x360] [--frames N] [--device NAME-PART]
+
+drag: orbit   wheel: nearer, farther   click: focus there   [ ]: f-stop   M: method
+F: near objects in textures of their own, or not   Space: lens or none   Esc: end";
+
+/// What the command line says.
+#[derive(Debug)]
+struct Options {
+    picture: Option<PathBuf>,
+    size: Size,
+    frames: u32,
+    device: Option<String>,
+}
+
+fn options(mut arguments: impl Iterator<Item = String>) -> Result<Option<Options>> {
+    let mut options = Options { picture: None, size: Size::new(640, 360), frames: 1, device: None };
+    while let Some(name) = arguments.next() {
+        let mut value = || arguments.next().with_context(|| format!("{name} needs a value"));
+        match name.as_str() {
+            "--help" | "-h" => return Ok(None),
+            "--picture" => options.picture = Some(value()?.into()),
+            "--device" => options.device = Some(value()?),
+            "--frames" => {
+                let text = value()?;
+                let frames = text.parse().ok().filter(|frames| *frames > 0);
+                options.frames = frames.with_context(|| format!("--frames {text} is no number above 0"))?;
+            }
+            "--size" => {
+                let text = value()?;
+                let side = |text: &str| text.parse().ok().filter(|side| (1..=8192).contains(side));
+                let sides = text.split_once('x').and_then(|(w, h)| Some(Size::new(side(w)?, side(h)?)));
+                options.size = sides
+                    .with_context(|| format!("--size {text} is none; give 640x360, or up to 8192x8192"))?;
+            }
+            _ => bail!("{name} is no option"),
+        }
+    }
+    Ok(Some(options))
+}
+
+fn main() -> ExitCode {
+    let options = match options(std::env::args().skip(1)) {
+        Ok(Some(options)) => options,
+        Ok(None) => {
+            println!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("error: {error}\n\n{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    let result = match &options.picture {
+        Some(path) => picture(path, &options),
+        None => window(options),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Without a window: the last of some frames into a file.
+fn picture(path: &std::path::Path, options: &Options) -> Result<()> {
+    let adapter = adapter(&instance(), (options.device.as_deref(), true), None)?;
+    let mut studio = Studio::new(&adapter, options.size)?;
+    let shot = Shot::default();
+    // The first frame compiles pipelines and makes buffers.
+    studio.frame(&shot)?;
+    let start = Instant::now();
+    for _ in 1..options.frames {
+        studio.frame(&shot)?;
+    }
+    studio.picture()?.save(path).with_context(|| format!("{} cannot be written", path.display()))?;
+    if options.frames > 1 {
+        let each = start.elapsed().as_secs_f64() * 1e3 / f64::from(options.frames - 1);
+        println!("{each:.1} ms per frame of {} on {}", options.size, adapter.get_info().name);
+    }
+    Ok(())
+}
+
+fn window(options: Options) -> Result<()> {
+    let events = EventLoop::new().context("no window can be opened here; --picture OUT.png needs none")?;
+    let mut program = Program {
+        options,
+        screen: None,
+        shot: Shot::default(),
+        wanted_m: 0.0,
+        mouse: Mouse::default(),
+        result: Ok(()),
+    };
+    program.wanted_m = program.shot.focus_m;
+    events.run_app(&mut program)?;
+    program.result
+}
+
+struct Program {
+    options: Options,
+    screen: Option<Screen>,
+    shot: Shot,
+    /// Where the focus is going.
+    wanted_m: f64,
+    mouse: Mouse,
+    result: Result<()>,
+}
+
+#[derive(Default)]
+struct Mouse {
+    at: PhysicalPosition<f64>,
+    /// Where the button went down, and whether it was a drag since.
+    pressed: Option<(PhysicalPosition<f64>, bool)>,
+}
+
+impl ApplicationHandler for Program {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.screen.is_none() {
+            match Screen::open(events, &self.options) {
+                Ok(screen) => self.screen = Some(screen),
+                Err(error) => self.end(events, Err(error)),
+            }
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(screen) = &mut self.screen else { return };
+        let done = match event {
+            WindowEvent::CloseRequested => return self.end(events, Ok(())),
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
+                if event.logical_key == Key::Named(NamedKey::Escape) {
+                    return self.end(events, Ok(()));
+                }
+                self.key(&event.logical_key);
+                Ok(())
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                let by = (position.x - self.mouse.at.x, position.y - self.mouse.at.y);
+                self.mouse.at = position;
+                if let Some((start, dragged)) = &mut self.mouse.pressed {
+                    // A hand that clicks is not quite still.
+                    *dragged |= (position.x - start.x).hypot(position.y - start.y) > 4.0;
+                    if *dragged {
+                        self.shot.orbit.drag(by.0, by.1);
+                    }
+                }
+                Ok(())
+            }
+            WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => match state {
+                ElementState::Pressed => {
+                    self.mouse.pressed = Some((self.mouse.at, false));
+                    Ok(())
+                }
+                ElementState::Released => match self.mouse.pressed.take() {
+                    Some((at, false)) => screen
+                        .live
+                        .distance_at(at.x.max(0.0) as usize, at.y.max(0.0) as usize)
+                        .map(|distance| self.wanted_m = distance),
+                    _ => Ok(()),
+                },
+            },
+            WindowEvent::MouseWheel { delta, .. } => {
+                self.shot.orbit.zoom(match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => lines,
+                    MouseScrollDelta::PixelDelta(pixels) => (pixels.y / 40.0) as f32,
+                });
+                Ok(())
+            }
+            // The next redraw sees the size.
+            WindowEvent::Resized(_) => {
+                screen.window.request_redraw();
+                Ok(())
+            }
+            WindowEvent::Occluded(hidden) => {
+                screen.hidden = hidden;
+                screen.window.request_redraw();
+                Ok(())
+            }
+            WindowEvent::RedrawRequested => {
+                let passed = screen.clock.passed(&screen.window, &self.shot);
+                self.shot.focus_m = toward(self.shot.focus_m, self.wanted_m, passed);
+                screen.redraw(&self.shot)
+            }
+            _ => Ok(()),
+        };
+        if done.is_err() {
+            self.end(events, done);
+        }
+    }
+}
+
+impl Program {
+    fn end(&mut self, events: &ActiveEventLoop, result: Result<()>) {
+        self.result = result;
+        events.exit();
+    }
+
+    fn key(&mut self, key: &Key) {
+        let shot = &mut self.shot;
+        // Three stops of the dial are one f-stop, a factor of the root of two.
+        let third = 2f64.powf(1.0 / 6.0);
+        match key {
+            Key::Named(NamedKey::Space) => shot.blur = !shot.blur,
+            Key::Character(text) => match text.to_lowercase().as_str() {
+                "[" => shot.f_stop = (shot.f_stop / third).max(1.4),
+                "]" => shot.f_stop = (shot.f_stop * third).min(22.0),
+                "m" => shot.look = (shot.look + 1) % blur::looks().len(),
+                "f" => shot.foreground = !shot.foreground,
+                _ => {}
+            },
+            _ => {}
+        }
+    }
+}
+
+/// A focus on its way, as a hand turns the ring: by a part of what is left, in dioptres, in which infinity is a number.
+fn toward(from_m: f64, to_m: f64, seconds: f64) -> f64 {
+    let left = (1.0 / from_m - 1.0 / to_m) * (-8.0 * seconds).exp();
+    if left.abs() < 1e-3 { to_m } else { 1.0 / (1.0 / to_m + left) }
+}
+
+/// Counts frames for the title.
+struct Clock {
+    last: Instant,
+    since: Instant,
+    frames: u32,
+}
+
+impl Clock {
+    /// Seconds since the last frame; twice a second the title says how it is.
+    fn passed(&mut self, window: &Window, shot: &Shot) -> f64 {
+        let passed = self.last.elapsed();
+        self.last += passed;
+        self.frames += 1;
+        let half = self.since.elapsed().as_secs_f64();
+        if half > 0.5 {
+            let each = half * 1e3 / f64::from(self.frames);
+            (self.since, self.frames) = (self.last, 0);
+            let lens = if shot.blur { blur::looks()[shot.look].0 } else { "no lens" };
+            let layers = if shot.foreground { "" } else { ", one picture" };
+            let (focus, stop) = (shot.focus_m, shot.f_stop);
+            window.set_title(&format!("{focus:.2} m  f/{stop:.1}  {each:.1} ms  {lens}{layers}"));
+        }
+        passed.as_secs_f64()
+    }
+}
+
+struct Screen {
+    window: Arc<Window>,
+    instance: wgpu::Instance,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    live: Live,
+    clock: Clock,
+    hidden: bool,
+}
+
+impl Screen {
+    fn open(events: &ActiveEventLoop, options: &Options) -> Result<Self> {
+        let attributes =
+            Window::default_attributes().with_title("pullfocus").with_inner_size(LogicalSize::new(960, 540));
+        let window = Arc::new(events.create_window(attributes).context("no window can be opened here")?);
+        let instance = instance();
+        let surface = instance.create_surface(window.clone())?;
+        let adapter = adapter(&instance, (options.device.as_deref(), false), Some(&surface))?;
+        let size = window.inner_size();
+        let (width, height) = (size.width.max(1), size.height.max(1));
+        let mut config = surface
+            .get_default_config(&adapter, width, height)
+            .context("the adapter cannot draw on this window")?;
+        // The hardware encodes what tone mapping leaves.
+        let format = config.format.add_srgb_suffix();
+        config.view_formats.push(format);
+        let live = Live::new(&adapter, Size::new(width as usize, height as usize), format)?;
+        surface.configure(&live.device, &config);
+        let now = Instant::now();
+        let clock = Clock { last: now, since: now, frames: 0 };
+        window.request_redraw();
+        Ok(Self { window, instance, surface, config, live, clock, hidden: false })
+    }
+
+    /// A frame, and the wish for the next one, unless nobody sees it.
+    fn redraw(&mut self, shot: &Shot) -> Result<()> {
+        let size = self.window.inner_size();
+        if self.hidden || size.width == 0 || size.height == 0 {
+            return Ok(());
+        }
+        if (size.width, size.height) != (self.config.width, self.config.height) {
+            (self.config.width, self.config.height) = (size.width, size.height);
+            self.surface.configure(&self.live.device, &self.config);
+            self.live.resize(Size::new(size.width as usize, size.height as usize))?;
+        }
+        use wgpu::CurrentSurfaceTexture as Current;
+        match self.surface.get_current_texture() {
+            Current::Success(texture) | Current::Suboptimal(texture) => {
+                let format = Some(self.config.format.add_srgb_suffix());
+                let view = texture
+                    .texture
+                    .create_view(&wgpu::TextureViewDescriptor { format, ..Default::default() });
+                self.live.frame(shot, &view)?;
+                self.window.pre_present_notify();
+                self.live.present(texture);
+            }
+            Current::Outdated => self.surface.configure(&self.live.device, &self.config),
+            Current::Lost => {
+                self.surface = self.instance.create_surface(self.window.clone())?;
+                self.surface.configure(&self.live.device, &self.config);
+            }
+            // The event that it is seen again asks for the next frame.
+            Current::Occluded => return Ok(()),
+            Current::Timeout => {}
+            Current::Validation => bail!("the window's surface does not work"),
+        }
+        self.window.request_redraw();
+        Ok(())
+    }
+}
