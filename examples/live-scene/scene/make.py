@@ -267,7 +267,7 @@ for i in range(48):
         gltf.node("hedge", LEAVES, green, (r * math.cos(a), height + random.uniform(-0.1, 0.1), r * math.sin(a)), scale)
 for i in range(112):
     angle, kind = math.tau * (i + random.random()) / 112, random.choice(("warm", "warm", "amber", "rose", "mint"))
-    at = (2.75 * math.cos(angle), random.uniform(-0.5, 0.62), 2.75 * math.sin(angle))
+    at = (2.75 * math.cos(angle), random.uniform(-0.1, 0.75), 2.75 * math.sin(angle))
     gltf.node("light", BULB, f"{kind} bulb", at, [0.006] * 3)
 # Strings of larger bulbs, which hang between eight points above it.
 for i in range(8):

@@ -6,12 +6,16 @@ use anyhow::Result;
 use pullfocus_core::{Aperture, ApertureShape, Bokeh, DepthDecoding, Frame, Preset, Settings, Size};
 use pullfocus_gpu::{Buffers, Context, Depth, FrameSettings, Inputs, Picture, Storage};
 
+/// How many [`looks`] there are; the last is the quickest.
+pub const LOOKS: usize = 3;
+
 /// Settings to choose from, and what to call them. A game takes one.
-pub fn looks() -> [(&'static str, Settings); 3] {
+pub fn looks() -> [(&'static str, Settings); LOOKS] {
     let preview = Settings::preset(Preset::Preview);
     let aperture = Settings::preset(Preset::Final);
     let highlights = Settings {
-        bokeh: Some(Bokeh { threshold: 2.0, ..Bokeh::default() }),
+        // Above anything that the sun lights: what is left are lamps and glints, and few pixels.
+        bokeh: Some(Bokeh { threshold: 8.0, ..Bokeh::default() }),
         aperture: Aperture { shape: ApertureShape::Blades(7), roundness: 0.4, ..Aperture::default() },
         ..aperture.clone()
     };
@@ -22,7 +26,7 @@ pub fn looks() -> [(&'static str, Settings); 3] {
 pub struct DepthOfField {
     context: Context,
     buffers: Buffers,
-    looks: [(&'static str, Settings); 3],
+    looks: [(&'static str, Settings); LOOKS],
 }
 
 impl DepthOfField {
@@ -89,14 +93,14 @@ impl DepthOfField {
 }
 
 /// Which objects go into the foreground's textures: those that lie, whole, so far before focus that they are blurred by more than
-/// a hundredth of the picture's width. `back` is the distance of an object's farthest point. The rest stays in the base, where
+/// a two-hundredth of the picture's width. `back` is the distance of an object's farthest point. The rest stays in the base, where
 /// layers are found by depth alone.
 ///
 /// # Errors
 /// A focus distance within the focal length.
 pub fn is_foreground(shot: &Shot, size: Size) -> Result<impl Fn(f32) -> bool> {
     let circle = shot.camera()?.circle_of_confusion(&Frame::full(size));
-    let least = 0.01 * size.width as f64;
+    let least = 0.005 * size.width as f64;
     // Diameters are negative in front of focus.
     Ok(move |back: f32| back > 0.0 && circle.diameter(f64::from(back)) < -least)
 }

@@ -68,8 +68,9 @@ pub struct Shot {
 
 impl Default for Shot {
     fn default() -> Self {
-        let orbit = Orbit { target: Vec3::new(0.01, 0.055, 0.0), yaw: 0.42, pitch: 0.17, distance: 0.52 };
-        Self { orbit, focus_m: 0.52, f_stop: 2.8, look: 0, blur: true, foreground: true }
+        let orbit = Orbit { target: Vec3::new(0.01, 0.06, 0.0), yaw: 0.42, pitch: 0.12, distance: 0.52 };
+        // The white king.
+        Self { orbit, focus_m: 0.475, f_stop: 2.8, look: 0, blur: true, foreground: true }
     }
 }
 

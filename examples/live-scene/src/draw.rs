@@ -182,7 +182,7 @@ impl Renderer {
 
     /// Where the next frame is seen from.
     pub fn set_view(&self, projection: Mat4, eye: Vec3) {
-        let to_sun = Vec3::new(-0.80, 0.42, -0.28).normalize();
+        let to_sun = Vec3::new(-0.90, 0.44, 0.08).normalize();
         // The table and what stands on it.
         let sun = glam::camera::rh::proj::directx::orthographic(-0.5, 0.5, -0.5, 0.5, 0.5, 3.5)
             * glam::camera::rh::view::look_at_mat4(2.0 * to_sun, Vec3::ZERO, Vec3::Y);

@@ -234,12 +234,13 @@ pub fn adapter(
             None => software || info.device_type != Cpu,
         }
     });
-    let there = if names.is_empty() { "there is none at all".to_owned() } else { names.join(", ") };
+    let there = names.join(", ");
     match (found, name) {
         (Some(adapter), _) => Ok(adapter),
-        (None, Some(name)) => bail!("no graphics adapter here is called {name}; there is: {there}"),
-        (None, None) => {
-            bail!("no GPU was found; adapters here: {there} (a software one must be named: --device NAME)")
+        (None, _) if names.is_empty() => {
+            bail!("this machine has no graphics adapter; install a driver for Vulkan")
         }
+        (None, Some(name)) => bail!("no graphics adapter is called {name}; there is: {there}"),
+        (None, None) => bail!("no GPU was found; a software one must be asked for, with --device: {there}"),
     }
 }

@@ -1,6 +1,7 @@
 //! The window: mouse and keys, frames to the screen. See the library for what an engine does.
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, anyhow, bail};
+use clap::Parser as _;
 use pullfocus_core::Size;
 use pullfocus_example_live_scene::{Live, Studio, adapter, blur, camera::Shot, instance};
 use std::path::PathBuf;
@@ -14,62 +15,37 @@ use winit::event_loop::{ActiveEventLoop, EventLoop};
 use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
-const USAGE: &str = "\
-A chess board at dusk, rendered every frame, through a lens.
-
-usage: pullfocus-example-live-scene [--device NAME-PART]
-       pullfocus-example-live-scene --picture OUT.png [--size 640x360] [--frames N] [--device NAME-PART]
-
+const KEYS: &str = "\
 drag: orbit   wheel: nearer, farther   click: focus there   [ ]: f-stop   M: method
-F: near objects in textures of their own, or not   Space: lens or none   Esc: end";
+F: near objects in textures of their own, or not   Space: a lens, or none   Esc: end";
 
-/// What the command line says.
-#[derive(Debug)]
+/// A chess board at dusk, rendered every frame and seen through a lens.
+#[derive(Debug, clap::Parser)]
+#[command(after_help = KEYS)]
 struct Options {
+    /// No window: write a picture, and end.
+    #[arg(long, value_name = "OUT.png")]
     picture: Option<PathBuf>,
+    /// The picture's size in pixels.
+    #[arg(long, default_value = "640x360", value_parser = size, requires = "picture")]
     size: Size,
+    /// Render so many frames, and say how long one takes.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), requires = "picture")]
     frames: u32,
+    /// The first graphics adapter whose name contains this.
+    #[arg(long, value_name = "NAME-PART")]
     device: Option<String>,
 }
 
-fn options(mut arguments: impl Iterator<Item = String>) -> Result<Option<Options>> {
-    let mut options = Options { picture: None, size: Size::new(640, 360), frames: 1, device: None };
-    while let Some(name) = arguments.next() {
-        let mut value = || arguments.next().with_context(|| format!("{name} needs a value"));
-        match name.as_str() {
-            "--help" | "-h" => return Ok(None),
-            "--picture" => options.picture = Some(value()?.into()),
-            "--device" => options.device = Some(value()?),
-            "--frames" => {
-                let text = value()?;
-                let frames = text.parse().ok().filter(|frames| *frames > 0);
-                options.frames = frames.with_context(|| format!("--frames {text} is no number above 0"))?;
-            }
-            "--size" => {
-                let text = value()?;
-                let side = |text: &str| text.parse().ok().filter(|side| (1..=8192).contains(side));
-                let sides = text.split_once('x').and_then(|(w, h)| Some(Size::new(side(w)?, side(h)?)));
-                options.size = sides
-                    .with_context(|| format!("--size {text} is none; give 640x360, or up to 8192x8192"))?;
-            }
-            _ => bail!("{name} is no option"),
-        }
-    }
-    Ok(Some(options))
+fn size(text: &str) -> Result<Size, String> {
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=8192).contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| Some(Size::new(side(width)?, side(height)?)));
+    sides.ok_or_else(|| "give width and height, as in 640x360, up to 8192x8192".into())
 }
 
 fn main() -> ExitCode {
-    let options = match options(std::env::args().skip(1)) {
-        Ok(Some(options)) => options,
-        Ok(None) => {
-            println!("{USAGE}");
-            return ExitCode::SUCCESS;
-        }
-        Err(error) => {
-            eprintln!("error: {error}\n\n{USAGE}");
-            return ExitCode::from(2);
-        }
-    };
+    // Wrong arguments end the program here, with 2.
+    let options = Options::parse();
     let result = match &options.picture {
         Some(path) => picture(path, &options),
         None => window(options),
@@ -103,16 +79,11 @@ fn picture(path: &std::path::Path, options: &Options) -> Result<()> {
 }
 
 fn window(options: Options) -> Result<()> {
-    let events = EventLoop::new().context("no window can be opened here; --picture OUT.png needs none")?;
-    let mut program = Program {
-        options,
-        screen: None,
-        shot: Shot::default(),
-        wanted_m: 0.0,
-        mouse: Mouse::default(),
-        result: Ok(()),
-    };
-    program.wanted_m = program.shot.focus_m;
+    let events = EventLoop::new()
+        .map_err(|_| anyhow!("no window can be opened here; --picture OUT.png needs none"))?;
+    let shot = Shot::default();
+    let (wanted_m, mouse) = (shot.focus_m, Mouse::default());
+    let mut program = Program { options, screen: None, shot, wanted_m, mouse, result: Ok(()) };
     events.run_app(&mut program)?;
     program.result
 }
@@ -138,7 +109,13 @@ impl ApplicationHandler for Program {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.screen.is_none() {
             match Screen::open(events, &self.options) {
-                Ok(screen) => self.screen = Some(screen),
+                Ok(screen) => {
+                    // Diffusion is the quickest, and a processor has much to do.
+                    if screen.live.device.adapter_info().device_type == wgpu::DeviceType::Cpu {
+                        self.shot.look = blur::LOOKS - 1;
+                    }
+                    self.screen = Some(screen);
+                }
                 Err(error) => self.end(events, Err(error)),
             }
         }
@@ -225,7 +202,7 @@ impl Program {
             Key::Character(text) => match text.to_lowercase().as_str() {
                 "[" => shot.f_stop = (shot.f_stop / third).max(1.4),
                 "]" => shot.f_stop = (shot.f_stop * third).min(22.0),
-                "m" => shot.look = (shot.look + 1) % blur::looks().len(),
+                "m" => shot.look = (shot.look + 1) % blur::LOOKS,
                 "f" => shot.foreground = !shot.foreground,
                 _ => {}
             },
@@ -289,8 +266,12 @@ impl Screen {
         let mut config = surface
             .get_default_config(&adapter, width, height)
             .context("the adapter cannot draw on this window")?;
-        // The hardware encodes what tone mapping leaves.
-        let format = config.format.add_srgb_suffix();
+        // The hardware encodes as sRGB what tone mapping leaves, whatever the surface itself says.
+        let format = (surface.get_capabilities(&adapter).formats.into_iter())
+            .find(|format| format.add_srgb_suffix().is_srgb())
+            .context("the window has no sRGB format")?;
+        config.format = format;
+        let format = format.add_srgb_suffix();
         config.view_formats.push(format);
         let live = Live::new(&adapter, Size::new(width as usize, height as usize), format)?;
         surface.configure(&live.device, &config);

@@ -87,7 +87,7 @@ fn surface(in: Surface) -> @location(0) vec4f {
     let half_way = normalize(to_eye + view.to_sun.xyz);
     // Leaves and grass are many small things: each bright or dark.
     let leafy = smoothstep(0.8, 0.9, roughness);
-    let albedo = object.color.rgb * mix(1.0, 0.3 + 1.4 * noise(in.at * 24.0), leafy);
+    let albedo = object.color.rgb * mix(1.0, 0.2 + 2.0 * noise(in.at * 31.0) * noise(in.at * 83.0) + 0.6 * noise(in.at * 47.0), leafy);
     // Lambert's law, and GGX with Schlick's Fresnel term over the eyes' cosine.
     let toward = max(dot(n, view.to_sun.xyz), 0.0);
     let seen = max(dot(n, to_eye), 0.05);

@@ -7,7 +7,8 @@ fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 @group(0) @binding(0) var samples: texture_depth_multisampled_2d;
 
-// One depth for each pixel, of the nearest sample. A mean of depths would be a place where nothing is, in focus by chance.
+// One depth for each pixel, of the nearest sample: a mean of depths would be a place where nothing is, in focus by chance. Colour is
+// the mean of all samples, as always; the blur knows that pixels at an edge have two colours and one depth.
 @fragment
 fn nearest(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var depth = 0.0;
