@@ -546,6 +546,8 @@ fn an_engine_hears_of_its_lost_device() {
     textures.render(&context, &mut buffers, &camera(2.0), &settings);
     let mut encoder = context.device().create_command_encoder(&Default::default());
     context.device().destroy();
+    // Callbacks are called by whoever polls or submits next.
+    let _ = context.device().poll(wgpu::PollType::Poll);
     let output = &textures.output;
     let lost = textures.record(&context, &mut encoder, &mut buffers, &camera(2.0), &settings, output);
     assert!(matches!(lost, Err(Error::DeviceLost { .. })), "{lost:?}");
