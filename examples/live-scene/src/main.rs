@@ -70,12 +70,11 @@ fn picture(path: &std::path::Path, options: &Options) -> Result<()> {
     for _ in 1..options.frames {
         studio.frame(&shot)?;
     }
-    studio.picture()?.save(path).with_context(|| format!("{} cannot be written", path.display()))?;
     if options.frames > 1 {
         let each = start.elapsed().as_secs_f64() * 1e3 / f64::from(options.frames - 1);
         println!("{each:.1} ms per frame of {} on {}", options.size, adapter.get_info().name);
     }
-    Ok(())
+    studio.picture()?.save(path).with_context(|| format!("{} cannot be written", path.display()))
 }
 
 fn window(options: Options) -> Result<()> {
@@ -195,7 +194,7 @@ impl Program {
 
     fn key(&mut self, key: &Key) {
         let shot = &mut self.shot;
-        // Three stops of the dial are one f-stop, a factor of the root of two.
+        // Three clicks of the dial are one stop, a factor of the root of two.
         let third = 2f64.powf(1.0 / 6.0);
         match key {
             Key::Named(NamedKey::Space) => shot.blur = !shot.blur,
