@@ -26,9 +26,10 @@ ALLOWED = {
         "pullfocus", "pullfocus-core", "pullfocus-cpu", "pullfocus-gpu", "pullfocus-io", "pullfocus-metrics",
         "pullfocus-testkit",
     },
+    "pullfocus-example-live-scene": {"pullfocus-core", "pullfocus-gpu"},
 }
-PROGRAMS = {"pullfocus-cli", "pullfocus-job", "pullfocus-view", "pullfocus-bench"}
-UNPUBLISHED = {"pullfocus-testkit", "pullfocus-bench"}
+PROGRAMS = {"pullfocus-cli", "pullfocus-job", "pullfocus-view", "pullfocus-bench", "pullfocus-example-live-scene"}
+UNPUBLISHED = {"pullfocus-testkit", "pullfocus-bench", "pullfocus-example-live-scene"}
 OF_PROGRAMS = {"clap", "anyhow", "indicatif", "egui", "eframe", "tracing-subscriber"}
 
 

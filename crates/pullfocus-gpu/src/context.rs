@@ -126,10 +126,11 @@ impl Context {
         &self.inner.limits
     }
 
-    /// Notes that the device is lost; every later call says so. A host that owns its device calls this from its
-    /// device-lost callback.
-    pub fn note_lost(&self, reason: String) {
-        self.inner.faults.lost(reason);
+    /// What an engine calls, with the reason, from its own device-lost callback: every later recording is then
+    /// [`Error::DeviceLost`]. It does not keep the device alive, so the device may own it.
+    pub fn when_lost(&self) -> impl Fn(String) + Send + Sync + 'static {
+        let faults = self.faults();
+        move |reason| faults.lost(reason)
     }
 
     /// Where a host's callbacks leave what they hear; it does not keep the device alive.

@@ -179,8 +179,8 @@ impl Host {
             Error::NoDevice { wanted: format!("{} cannot be opened", info.name), found: error.to_string() }
         })?;
         let context = Context::new(&device, &queue);
-        let lost = context.faults();
-        device.set_device_lost_callback(move |_, reason| lost.lost(reason));
+        let lost = context.when_lost();
+        device.set_device_lost_callback(move |_, reason| lost(reason));
         // What is not caught by a scope is a fault of this crate, the end of the device or of its memory; each ends the
         // frame, not the program.
         let faults = context.faults();

@@ -25,6 +25,7 @@ pub fn tests() -> Vec<(&'static str, fn())> {
         ("small_limits_are_errors_with_numbers", small_limits_are_errors_with_numbers),
         ("webgpus_default_limits_are_enough", webgpus_default_limits_are_enough),
         ("a_lost_device_is_an_error", a_lost_device_is_an_error),
+        ("an_engine_hears_of_its_lost_device", an_engine_hears_of_its_lost_device),
     ]
 }
 
@@ -556,4 +557,21 @@ fn a_lost_device_is_an_error() {
     // And a new one works.
     let mut host = Host::open(&choice).expect("it opens again");
     host.render(&mut scene, Some(&camera(2.0)), &settings, &Cancel::new()).expect("it renders again");
+}
+
+fn an_engine_hears_of_its_lost_device() {
+    let context = small_device(|_| {});
+    let lost = context.when_lost();
+    context.device().set_device_lost_callback(move |_, reason| lost(reason));
+    let textures = Frame32::new(&context, &scene(Size::new(40, 30)));
+    let mut buffers = Buffers::new(&context, textures.size, Storage::Full).expect("buffers");
+    let settings = Settings::preset(Preset::Preview);
+    textures.render(&context, &mut buffers, &camera(2.0), &settings);
+    let mut encoder = context.device().create_command_encoder(&Default::default());
+    context.device().destroy();
+    // Callbacks are called by whoever polls or submits next.
+    let _ = context.device().poll(wgpu::PollType::Poll);
+    let output = &textures.output;
+    let lost = textures.record(&context, &mut encoder, &mut buffers, &camera(2.0), &settings, output);
+    assert!(matches!(lost, Err(Error::DeviceLost { .. })), "{lost:?}");
 }

@@ -136,6 +136,10 @@ impl Worker {
                 let mut state = lock(&self.shared.state);
                 state.shown[side] = Some(Arc::new(shown));
                 state.count += 1;
+                if side == 0 {
+                    // It was of the picture before.
+                    state.comparison = None;
+                }
             }
             Err(Error::Cancelled) => return false,
             Err(error) => {

@@ -33,7 +33,7 @@ impl App {
             }
             let mut frame = self.frame_number();
             let drag = egui::DragValue::new(&mut frame).range(first..=last);
-            if ui.add(drag).on_hover_text("The frame in front.").changed() {
+            if ui.add(drag).on_hover_text("The frame in front.").changed() && self.clip.is_some() {
                 self.go_to(frame);
             }
             ui.label(format!("{first}–{last}"));

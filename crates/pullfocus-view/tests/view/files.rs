@@ -98,7 +98,6 @@ fn the_last_session_comes_back() {
     // Closed as a user closes it.
     eframe::App::on_exit(window.state_mut());
     drop(window);
-    println!("{}", std::fs::read_to_string(&session).unwrap());
     let start =
         Start { path: None, options: Options::default(), device: Choice::Cpu, session: Some(session) };
     let mut window = with(start);

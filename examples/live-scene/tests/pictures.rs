@@ -1,0 +1,172 @@
+//! The scene through the lens, pixel by pixel: run where there is an adapter, ignored where there is none.
+//!
+//! `PULLFOCUS_TEST_ADAPTER=NAME` picks an adapter; with `PULLFOCUS_TEST_GPU=required` none is a failure.
+
+use image::RgbImage;
+use libtest_mimic::{Arguments, Trial};
+use pullfocus_core::Size;
+use pullfocus_example_live_scene::{Studio, adapter, blur, camera::Shot, instance};
+use std::ops::RangeInclusive;
+use std::sync::{Mutex, PoisonError};
+
+const SIZE: Size = Size::new(384, 216);
+/// Processors do the tests: the quickest look, but for the one test that takes all.
+const DIFFUSION: usize = blur::LOOKS - 1;
+
+static STUDIO: Mutex<Option<Studio>> = Mutex::new(None);
+
+fn with_studio<T>(work: impl FnOnce(&mut Studio) -> T) -> T {
+    work(STUDIO.lock().unwrap_or_else(PoisonError::into_inner).as_mut().expect("ignored without an adapter"))
+}
+
+fn shoot(shot: &Shot) -> RgbImage {
+    with_studio(|studio| {
+        studio.frame(shot).expect("it renders");
+        studio.picture().expect("it reads back")
+    })
+}
+
+fn shot() -> Shot {
+    Shot { look: DIFFUSION, ..Shot::default() }
+}
+
+/// A part of the picture: columns and rows.
+type Part = (RangeInclusive<u32>, RangeInclusive<u32>);
+
+/// Around a point of an object, `up` metres above where it stands; `reach` pixels to either side.
+fn around(name: &str, up: f32, reach: u32) -> Part {
+    with_studio(|studio| {
+        let object = studio.live.scene.objects.iter().find(|object| object.name == name);
+        let foot = object.expect("it is in the scene").look.place.w_axis.truncate();
+        let shot = Shot::default();
+        let at = (shot.projection(SIZE) * shot.orbit.view()).project_point3(foot + glam::Vec3::Y * up);
+        let x = ((0.5 + 0.5 * at.x) * SIZE.width as f32) as u32;
+        let y = ((0.5 - 0.5 * at.y) * SIZE.height as f32) as u32;
+        let span = |at: u32, end: usize| at.saturating_sub(reach)..=(at + reach).min(end as u32 - 2);
+        (span(x, SIZE.width), span(y, SIZE.height))
+    })
+}
+
+/// The largest step from a pixel to the next one, of green.
+fn sharpness(picture: &RgbImage, (columns, rows): &Part) -> i32 {
+    let green = |x, y| i32::from(picture.get_pixel(x, y).0[1]);
+    let steps = rows.clone().flat_map(|y| columns.clone().map(move |x| (x, y)));
+    steps
+        .map(|(x, y)| (green(x, y) - green(x + 1, y)).abs().max((green(x, y) - green(x, y + 1)).abs()))
+        .max()
+        .unwrap_or(0)
+}
+
+/// What is measured: an object, a height on it in metres, and how many pixels around.
+type Thing = (&'static str, f32, u32);
+/// The king's collar, so far within him that nothing else is near.
+const IN_FOCUS: Thing = ("white king e4", 0.066, 6);
+const NEAR: [Thing; 2] = [("white queen d1", 0.085, 9), ("white rook f1", 0.05, 9)];
+const FAR: Thing = ("black king g8", 0.085, 9);
+
+fn measured(picture: &RgbImage, (name, up, reach): Thing) -> i32 {
+    sharpness(picture, &around(name, up, reach))
+}
+
+fn what_is_in_focus_is_sharp_and_nothing_else() {
+    let sharp = shoot(&Shot { blur: false, ..shot() });
+    for look in 0..blur::LOOKS {
+        let blurred = shoot(&Shot { look, ..shot() });
+        let [before, after] = [&sharp, &blurred].map(|picture| measured(picture, IN_FOCUS));
+        assert!(before > 30 && after * 10 >= before * 9, "in focus, look {look}: {before} to {after}");
+        for thing in NEAR.into_iter().chain([FAR]) {
+            let [before, after] = [&sharp, &blurred].map(|picture| measured(picture, thing));
+            assert!(after * 2 < before, "{thing:?}, look {look}: {before} to {after}");
+        }
+    }
+}
+
+fn a_foreground_is_soft_over_what_is_behind_it() {
+    let one = shoot(&Shot { foreground: false, ..shot() });
+    let layers = shoot(&shot());
+    for thing in NEAR {
+        let [one, layers] = [&one, &layers].map(|picture| measured(picture, thing));
+        // No step of a quarter of white is left, where one picture keeps nearly all.
+        assert!(layers < 64 && layers * 3 < one, "{thing:?}: {one} in one picture, {layers} in layers");
+    }
+}
+
+fn distance_of(name: &str) -> f64 {
+    let (columns, rows) = around(name, 0.03, 0);
+    with_studio(|studio| {
+        studio.live.distance_at(*columns.start() as usize, *rows.start() as usize).expect("an answer")
+    })
+}
+
+fn the_focus_follows_a_click() {
+    let first = shoot(&shot());
+    let far_m = distance_of(FAR.0);
+    assert!((0.6..0.9).contains(&far_m), "the black king is {far_m} m away");
+    let second = shoot(&Shot { focus_m: far_m, ..shot() });
+    let [before, after] = [&first, &second].map(|picture| measured(picture, FAR));
+    assert!(after * 2 > before * 3, "the far king: {before} to {after}");
+    let [before, after] = [&first, &second].map(|picture| measured(picture, IN_FOCUS));
+    assert!(after * 2 < before, "the king: {before} to {after}");
+}
+
+fn a_click_on_the_foreground_meets_it() {
+    shoot(&shot());
+    let near_m = distance_of(NEAR[0].0);
+    assert!((0.25..0.45).contains(&near_m), "the white queen is {near_m} m away");
+}
+
+fn it_stands_upright_and_is_no_black_picture() {
+    let picture = shoot(&shot());
+    let mean = |rows: std::ops::Range<u32>| {
+        let count = rows.len() as f64 * f64::from(picture.width());
+        let sum: f64 = (rows.flat_map(|y| (0..picture.width()).map(move |x| (x, y))))
+            .map(|(x, y)| f64::from(picture.get_pixel(x, y).0[0]))
+            .sum();
+        sum / count
+    };
+    // The hedge is dark, the board in the sun is not.
+    let (above, below) = (mean(0..60), mean(156..216));
+    assert!(above > 10.0 && below > above + 50.0, "above {above}, below {below}");
+}
+
+fn sizes_come_and_go() {
+    let before = shoot(&shot());
+    with_studio(|studio| {
+        studio.live.resize(Size::new(100, 60)).expect("it shrinks");
+        studio.live.resize(SIZE).expect("it grows");
+    });
+    assert!(shoot(&shot()) == before, "the same picture again");
+}
+
+fn choose() -> Option<wgpu::Adapter> {
+    let name = std::env::var("PULLFOCUS_TEST_ADAPTER").ok().filter(|name| !name.is_empty());
+    adapter(&instance(), (name.as_deref(), true), None).ok()
+}
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let adapter = choose();
+    let required = std::env::var("PULLFOCUS_TEST_GPU").is_ok_and(|value| value == "required");
+    assert!(adapter.is_some() || !required, "PULLFOCUS_TEST_GPU=required, and no adapter was found");
+    let there = adapter.is_some();
+    if let Some(adapter) = adapter.filter(|_| !arguments.list) {
+        let studio = Studio::new(&adapter, SIZE).expect("the adapter opens");
+        *STUDIO.lock().unwrap_or_else(PoisonError::into_inner) = Some(studio);
+    }
+    let tests: [(&str, fn()); 6] = [
+        ("what_is_in_focus_is_sharp_and_nothing_else", what_is_in_focus_is_sharp_and_nothing_else),
+        ("a_foreground_is_soft_over_what_is_behind_it", a_foreground_is_soft_over_what_is_behind_it),
+        ("the_focus_follows_a_click", the_focus_follows_a_click),
+        ("a_click_on_the_foreground_meets_it", a_click_on_the_foreground_meets_it),
+        ("it_stands_upright_and_is_no_black_picture", it_stands_upright_and_is_no_black_picture),
+        ("sizes_come_and_go", sizes_come_and_go),
+    ];
+    let trials = tests.map(|(name, test)| {
+        let run = move || {
+            test();
+            Ok(())
+        };
+        Trial::test(name, run).with_ignored_flag(!there)
+    });
+    libtest_mimic::run(&arguments, trials.into()).exit();
+}
