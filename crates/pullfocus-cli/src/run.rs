@@ -77,7 +77,7 @@ fn dispatch(command: Command, cancel: &Cancel) -> Result<()> {
         Command::Compare(args) => commands::compare::run(&args),
         Command::Demo(args) => commands::demo::run(&args, cancel),
         Command::Devices(args) => commands::devices::run(&args),
-        Command::View(args) => commands::view::run(*args),
+        Command::View(args) => commands::view::run(*args, cancel),
         Command::Bench(args) => commands::bench::run(&args, cancel),
         Command::Completions { shell } => {
             // Into memory first: clap_complete panics where standard output is closed.

@@ -1,6 +1,7 @@
 //! `pullfocus view`: the interactive program.
 
 use crate::args::ViewArgs;
+use pullfocus_core::Cancel;
 use pullfocus_job::failure::Result;
 
 /// Opens the window and stays until it is closed.
@@ -8,7 +9,7 @@ use pullfocus_job::failure::Result;
 /// # Errors
 /// Options that do not go together, files that are not there, a system without a screen.
 #[cfg(feature = "view")]
-pub fn run(args: ViewArgs) -> Result<()> {
+pub fn run(args: ViewArgs, cancel: &Cancel) -> Result<()> {
     use pullfocus::Device;
     use pullfocus_core::pull::Pull;
     use pullfocus_job::config::Options;
@@ -37,7 +38,7 @@ pub fn run(args: ViewArgs) -> Result<()> {
         Clip::open(&options)?;
     }
     let session = if no_session { None } else { Session::usual_path() };
-    window::run(Start { path: None, options, device, session }).map_err(Failure::failed)
+    window::run(Start { path: None, options, device, session, quit: cancel.clone() }).map_err(Failure::failed)
 }
 
 /// The program was built without a window.
@@ -45,7 +46,7 @@ pub fn run(args: ViewArgs) -> Result<()> {
 /// # Errors
 /// Always.
 #[cfg(not(feature = "view"))]
-pub fn run(_: ViewArgs) -> Result<()> {
+pub fn run(_: ViewArgs, _: &Cancel) -> Result<()> {
     Err(pullfocus_job::failure::Failure::usage(
         "this program was built without a window; build it with the feature view",
     ))

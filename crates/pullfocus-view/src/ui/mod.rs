@@ -21,7 +21,7 @@ use crate::session::Session;
 use crate::{opening, ui};
 use eframe::egui::util::undoer::Undoer;
 use eframe::{egui, egui_wgpu};
-use pullfocus_core::{Picture, Settings};
+use pullfocus_core::{Cancel, Picture, Settings};
 use pullfocus_job::config::{self, Options};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -38,6 +38,8 @@ pub struct Start {
     pub device: Choice,
     /// Where the session is kept; nowhere if not given.
     pub session: Option<PathBuf>,
+    /// Raised from outside (a signal), it closes the window.
+    pub quit: Cancel,
 }
 
 /// The program.
@@ -99,6 +101,18 @@ impl App {
         let told = |error: std::io::Error| format!("a thread could not be started: {error}");
         let engine = Engine::start(ctx, render_state, start.device).map_err(told)?;
         let loader = Loader::start(ctx).map_err(told)?;
+        let (quit, window) = (start.quit.clone(), ctx.clone());
+        // It ends with the process; a flag tells nobody when it is raised.
+        std::thread::Builder::new()
+            .name("signals".into())
+            .spawn(move || {
+                while !quit.is_cancelled() {
+                    std::thread::sleep(Duration::from_millis(250));
+                }
+                window.send_viewport_cmd(egui::ViewportCommand::Close);
+                window.request_repaint();
+            })
+            .map_err(told)?;
         let session = start.session.as_deref().map(Session::read).unwrap_or_default();
         let (device, queue) = (render_state.device.clone(), render_state.queue.clone());
         let display = Arc::new(Display::new(&device, &queue, render_state.target_format));
@@ -452,8 +466,7 @@ fn absolute(options: &Options) -> Options {
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
-        let dropped =
-            ctx.input(|input| input.raw.dropped_files.iter().find_map(|file| Some(file.path().to_owned())));
+        let dropped = ctx.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
         if let Some(path) = dropped {
             self.open_path(&path);
         }

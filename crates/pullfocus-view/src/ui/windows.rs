@@ -26,12 +26,21 @@ struct Browser {
     folders: Vec<PathBuf>,
     entries: Vec<Entry>,
     fault: Option<String>,
+    /// Whether it was not on the screen yet.
+    is_new: bool,
 }
 
 impl Browser {
     fn new(purpose: For, folder: PathBuf, path: String) -> Self {
-        let mut browser =
-            Self { purpose, folder: PathBuf::new(), path, folders: vec![], entries: vec![], fault: None };
+        let mut browser = Self {
+            purpose,
+            folder: PathBuf::new(),
+            path,
+            folders: vec![],
+            entries: vec![],
+            fault: None,
+            is_new: true,
+        };
         browser.go(folder);
         browser
     }
@@ -148,6 +157,9 @@ impl App {
                     .desired_width(width)
                     .hint_text("frame.exr, shot.####.exr, a folder, pull.toml");
                 let response = ui.add(field).labelled_by(label.id);
+                if std::mem::take(&mut browser.is_new) {
+                    response.request_focus();
+                }
                 let entered = response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
                 let clicked = ui.button(verb).on_hover_text("Take the file that is named here.").clicked();
                 if (entered || clicked) && !browser.path.trim().is_empty() {

@@ -98,8 +98,13 @@ fn the_last_session_comes_back() {
     // Closed as a user closes it.
     eframe::App::on_exit(window.state_mut());
     drop(window);
-    let start =
-        Start { path: None, options: Options::default(), device: Choice::Cpu, session: Some(session) };
+    let start = Start {
+        path: None,
+        options: Options::default(),
+        device: Choice::Cpu,
+        session: Some(session),
+        quit: Cancel::new(),
+    };
     let mut window = with(start);
     assert_eq!(focus(&window), DEPTHS[2]);
     assert_eq!((window.state().frame_number(), window.state_mut().look_mut().exposure), (2, 1.0));

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Event, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
-use pullfocus_core::{Frame, Plane, Size};
+use pullfocus_core::{Cancel, Frame, Plane, Size};
 use pullfocus_io::{SampleType, write_exr};
 use pullfocus_job::config::Options;
 use pullfocus_view::engine::Choice;
@@ -26,7 +26,7 @@ pub const FAR: [f32; 2] = [160.0, 48.0];
 
 /// Writes a frame: three things side by side, near, in the middle and far, each a fine pattern.
 pub fn write_frame(path: &Path) {
-    let pattern = |x: usize, y: usize| if (x / 2 + y / 2) % 2 == 0 { 0.8 } else { 0.1 };
+    let pattern = |x: usize, y: usize| if (x / 2 + y / 2).is_multiple_of(2) { 0.8 } else { 0.1 };
     let plane = |factor: f32| Plane::from_fn(SIZE, |x, y| factor * pattern(x, y)).unwrap();
     let depth = Plane::from_fn(SIZE, |x, _| DEPTHS[3 * x / SIZE.width] as f32).unwrap();
     let planes = [("R", plane(1.0)), ("G", plane(0.9)), ("B", plane(0.7)), ("Z", depth)];
@@ -42,6 +42,7 @@ pub fn open(path: &Path, device: Choice, session: Option<&Path>) -> Window {
         options: Options::default(),
         device,
         session: session.map(Path::to_owned),
+        quit: Cancel::new(),
     };
     with(start)
 }
