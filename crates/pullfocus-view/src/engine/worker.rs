@@ -133,6 +133,8 @@ impl Worker {
                     time: start.elapsed(),
                     device,
                 };
+                let milliseconds = 1e3 * shown.time.as_secs_f64();
+                tracing::debug!(milliseconds, reduced, "picture");
                 let mut state = lock(&self.shared.state);
                 state.shown[side] = Some(Arc::new(shown));
                 state.count += 1;

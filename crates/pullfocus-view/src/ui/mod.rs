@@ -76,6 +76,8 @@ pub struct App {
     windows: windows::Windows,
     export: Option<Export>,
     kept: Instant,
+    /// When it began, until the first picture is there.
+    began: Option<Instant>,
 }
 
 /// How often the session is kept while something changes.
@@ -144,6 +146,7 @@ impl App {
             windows: windows::Windows::default(),
             export: None,
             kept: Instant::now(),
+            began: Some(Instant::now()),
             session,
         };
         // A wipe or a reference that is not there any more would puzzle.
@@ -478,6 +481,10 @@ impl eframe::App for App {
                 "the GPU was lost ({reason}); start `pullfocus view` again, the session comes back"
             );
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        if let Some(began) = self.began.filter(|_| self.rendered() > 0) {
+            tracing::info!(seconds = began.elapsed().as_secs_f64(), "first picture");
+            self.began = None;
         }
         self.play(&ctx);
         self.take_in(&ctx);
