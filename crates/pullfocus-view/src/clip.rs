@@ -191,8 +191,8 @@ impl Plate {
             return Ok(Arc::clone(scene));
         }
         let scene = Arc::new(proxy::reduced(&self.scene, n)?);
-        // The two last asked for: a size to drag with, and the one before it.
-        if proxies.len() >= 2 {
+        // The four last asked for: together less than a third of the picture.
+        if proxies.len() >= 4 {
             proxies.remove(0);
         }
         proxies.push((n, Arc::clone(&scene)));

@@ -135,6 +135,7 @@ mod tests {
         ),
         ("psf", &["'gaussian'", "'aperture'"]),
         ("aperture", &["'disc'", "'blades:6'", "'image:stars/a:b.png'", "'image:/x/y.png'"]),
+        ("show", &["'result'", "'layer:0'", "'matte:12'"]),
         ("aperture-rotation", NUMBER),
         ("aperture-roundness", NUMBER),
         ("squeeze", NUMBER),

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 const SOON: Duration = Duration::from_millis(80);
 /// What a pixel costs before any was measured.
 const FIRST_GUESS: Duration = Duration::from_nanos(900);
-/// Pictures are not made smaller than one pixel in so many.
-const LARGEST_REDUCTION: usize = 16;
+/// One pixel stands for so many along each axis: few choices, since each is a picture of its own to make and to keep.
+const REDUCTIONS: [usize; 9] = [1, 2, 3, 4, 5, 6, 8, 12, 16];
 
 pub struct CpuBlur {
     renderer: pullfocus::Renderer,
@@ -40,8 +40,10 @@ impl CpuBlur {
         let known = self.costs.iter().find(|(known, _)| *known == way).map(|(_, cost)| *cost);
         let cost = known.unwrap_or(FIRST_GUESS.as_nanos() as f64);
         let pixels = plate.size().area() as f64;
-        let reduction = (pixels * cost / SOON.as_nanos() as f64).sqrt().ceil();
-        (reduction.max(1.0) as usize).min(LARGEST_REDUCTION)
+        let wanted = (pixels * cost / SOON.as_nanos() as f64).sqrt();
+        // A picture a little late is better than sizes that change while the hand moves.
+        let near = |reduction: usize| wanted <= 1.15 * reduction as f64;
+        REDUCTIONS.into_iter().find(|&reduction| near(reduction)).unwrap_or(16)
     }
 
     pub fn render(
