@@ -76,6 +76,17 @@ impl Shown {
     }
 }
 
+/// A frame on the device, as it was read.
+#[derive(Debug)]
+pub struct OnDevice {
+    /// The frame.
+    pub plate: Arc<Plate>,
+    /// In perfect focus.
+    pub pinhole: Texture,
+    /// Its distances, or its circles of confusion.
+    pub distances: Texture,
+}
+
 /// A pixel of a rendered picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
@@ -88,6 +99,8 @@ pub struct Probe {
 /// What there is to see.
 #[derive(Debug, Default)]
 pub struct State {
+    /// The frame itself.
+    pub frame: Option<Arc<OnDevice>>,
     /// The takes A and B.
     pub shown: [Option<Arc<Shown>>; 2],
     /// Why there is none, in one sentence.

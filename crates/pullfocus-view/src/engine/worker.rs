@@ -3,9 +3,9 @@
 use super::compare::{self, Comparison};
 use super::cpu::CpuBlur;
 use super::gpu::GpuBlur;
-use super::{Ask, Inbox, Probe, Shared, Shown, Take, lock};
+use super::{Ask, Inbox, OnDevice, Probe, Shared, Shown, Take, lock};
 use crate::clip::Plate;
-use crate::screen::Texture;
+use crate::screen::{self, Texture};
 use eframe::wgpu;
 use pullfocus_core::{Error, Report};
 use std::sync::Arc;
@@ -94,6 +94,10 @@ impl Worker {
 
     fn answer(&mut self, ask: &Ask) {
         lock(&self.shared.state).fault = None;
+        if let Err(error) = self.bring(&ask.plate) {
+            lock(&self.shared.state).fault = Some(error.to_string());
+            return;
+        }
         // First a picture soon, then a fine one.
         for fine in [false, true] {
             for side in 0..ask.takes.len() {
@@ -110,6 +114,23 @@ impl Worker {
             }
         }
         self.compare(ask);
+    }
+
+    /// Brings a frame to the device, to be looked at as it is.
+    fn bring(&self, plate: &Arc<Plate>) -> Result<(), Error> {
+        let known = lock(&self.shared.state).frame.clone();
+        if known.is_some_and(|known| Arc::ptr_eq(&known.plate, plate)) {
+            return Ok(());
+        }
+        let (device, queue) = &self.device;
+        let frame = OnDevice {
+            plate: Arc::clone(plate),
+            pinhole: screen::from_picture(device, queue, &plate.scene.base.picture)?,
+            distances: screen::distances(device, queue, &plate.depth)?,
+        };
+        lock(&self.shared.state).frame = Some(Arc::new(frame));
+        self.shared.ctx.request_repaint();
+        Ok(())
     }
 
     /// Renders one side; false if the rest is not worth doing.

@@ -74,7 +74,7 @@ impl App {
             size: plate.size(),
             sides: [left, right.unwrap_or((Kind::Light, None))],
             wipe: self.look.right.map(|_| self.look.wipe),
-            distances: self.distances(&plate),
+            distances: self.engine.state().frame.as_ref().map(|frame| frame.distances.clone()),
             are_coc: plate.has_coc,
             coc_range: self.coc_range(&plate, &curve),
             curve,
@@ -215,10 +215,11 @@ impl App {
     fn side(&self, view: View) -> (Kind, Option<Texture>) {
         let state = self.engine.state();
         let shown = |side: usize| state.shown[side].as_ref().map(|shown| shown.texture.clone());
+        let pinhole = || state.frame.as_ref().map(|frame| frame.pinhole.clone());
         match view {
-            View::Result => (Kind::Light, shown(0).or_else(|| self.pinhole.clone())),
-            View::Other => (Kind::Light, shown(1).or_else(|| self.pinhole.clone())),
-            View::Pinhole => (Kind::Light, self.pinhole.clone()),
+            View::Result => (Kind::Light, shown(0).or_else(pinhole)),
+            View::Other => (Kind::Light, shown(1).or_else(pinhole)),
+            View::Pinhole => (Kind::Light, pinhole()),
             View::Depth => (Kind::Depth, None),
             View::Coc => (Kind::Coc, None),
             View::Reference => {

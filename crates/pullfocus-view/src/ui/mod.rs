@@ -16,7 +16,7 @@ use crate::engine::{Ask, Choice, Engine, Reference, Take};
 use crate::export::{Export, Order};
 use crate::loader::Loader;
 use crate::look::{Look, View};
-use crate::screen::{self, Display, Texture};
+use crate::screen::Display;
 use crate::session::Session;
 use crate::{opening, ui};
 use eframe::egui::util::undoer::Undoer;
@@ -25,6 +25,7 @@ use pullfocus_core::{Cancel, Picture, Settings};
 use pullfocus_job::config::{self, Options};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
 /// How the program is started.
@@ -60,10 +61,9 @@ pub struct App {
     plate: Option<Arc<Plate>>,
     /// The number of the frame wanted.
     frame: i64,
-    /// On the device: the frame in perfect focus and its distances.
-    pinhole: Option<Texture>,
-    distance: Option<(Arc<Plate>, Option<Texture>)>,
     reference: Option<Arc<Reference>>,
+    /// A reference that is being read.
+    coming: Option<Receiver<Result<Reference, String>>>,
     /// Where the picture is in the window.
     place: Option<Place>,
     hovered: Option<[usize; 2]>,
@@ -132,9 +132,8 @@ impl App {
             clip: None,
             plate: None,
             frame: 0,
-            pinhole: None,
-            distance: None,
             reference: None,
+            coming: None,
             place: None,
             hovered: None,
             rack_from: None,
@@ -195,13 +194,31 @@ impl App {
 
     /// Opens a picture to compare with.
     pub fn open_reference(&mut self, path: &Path) {
-        match Reference::read(&self.device.0, &self.device.1, path) {
-            Ok(reference) => {
+        let (sender, receiver) = mpsc::channel();
+        let ((device, queue), path, ctx) = (self.device.clone(), path.to_owned(), self.ctx.clone());
+        let read = move || {
+            // Nobody waits any more where this fails.
+            let _ = sender.send(Reference::read(&device, &queue, &path));
+            ctx.request_repaint();
+        };
+        match std::thread::Builder::new().name("reference".into()).spawn(read) {
+            Ok(_) => self.coming = Some(receiver),
+            Err(error) => self.say(format!("a thread could not be started: {error}")),
+        }
+    }
+
+    /// Takes a reference that was read.
+    fn take_reference(&mut self) {
+        match self.coming.as_ref().map(Receiver::try_recv) {
+            None | Some(Err(TryRecvError::Empty)) => return,
+            Some(Ok(Ok(reference))) => {
                 self.reference = Some(Arc::new(reference));
                 self.look.left = View::Difference;
             }
-            Err(sentence) => self.say(sentence),
+            Some(Ok(Err(sentence))) => self.say(sentence),
+            Some(Err(TryRecvError::Disconnected)) => self.say("the reference could not be read"),
         }
+        self.coming = None;
     }
 
     /// Saves the shot.
@@ -265,6 +282,7 @@ impl App {
         let state = self.engine.state();
         self.loader.is_idle()
             && !state.busy
+            && self.coming.is_none()
             && self.export.as_ref().is_none_or(Export::is_done)
             && (self.reference.is_none() || !self.look.shows(View::Difference) || state.comparison.is_some())
     }
@@ -326,14 +344,6 @@ impl App {
         self.message.as_ref().map(|(text, _)| text.as_str())
     }
 
-    /// What the distances of the frame in front are, on the device.
-    fn distances(&self, plate: &Arc<Plate>) -> Option<Texture> {
-        self.distance
-            .as_ref()
-            .filter(|(known, _)| Arc::ptr_eq(known, plate))
-            .and_then(|(_, texture)| texture.clone())
-    }
-
     /// Takes what was read, and asks for what is missing.
     fn take_in(&mut self, ctx: &egui::Context) {
         let (opened, clip, fault) = {
@@ -353,7 +363,7 @@ impl App {
             self.document = Document::new(options);
             self.undo = Undoer::default();
             self.clip.clone_from(&clip);
-            (self.plate, self.pinhole, self.distance) = (None, None, None);
+            self.plate = None;
             (self.selected_key, self.playing) = (None, None);
             self.look.zoom = None;
             let frame = self.frame;
@@ -379,12 +389,6 @@ impl App {
         if self.plate.as_ref().is_some_and(|known| Arc::ptr_eq(known, &plate)) {
             return;
         }
-        let (device, queue) = &self.device;
-        match screen::from_picture(device, queue, &plate.scene.base.picture) {
-            Ok(texture) => self.pinhole = Some(texture),
-            Err(error) => self.message = Some((error.to_string(), Instant::now())),
-        }
-        self.distance = Some((Arc::clone(&plate), screen::distances(device, queue, &plate.depth).ok()));
         self.plate = Some(plate);
     }
 
@@ -488,6 +492,7 @@ impl eframe::App for App {
         }
         self.play(&ctx);
         self.take_in(&ctx);
+        self.take_reference();
         self.keyboard(&ctx);
         egui::Panel::top("menu").show(ui, |ui| self.menu(ui));
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
