@@ -37,8 +37,14 @@ class Window:
         # The window, then the first picture.
         self.wait_for(lambda: self.tool("search", "--onlyvisible", "--name", "pullfocus", check=False) != "")
         # Without a window manager nobody gives it the keyboard.
-        self.tool("windowfocus", self.tool("search", "--onlyvisible", "--name", "pullfocus").splitlines()[-1])
+        self.wait_for(self.take_keyboard)
         self.rest()
+
+    def take_keyboard(self):
+        """Whether the window, which may not be quite there yet, has taken it."""
+        window = self.tool("search", "--onlyvisible", "--name", "pullfocus", check=False).splitlines()[-1:]
+        command = ["xdotool", "windowfocus", *window]
+        return bool(window) and subprocess.run(command, env=self.env, capture_output=True).returncode == 0
 
     def tool(self, *arguments, check=True):
         done = subprocess.run(["xdotool", *map(str, arguments)], env=self.env, capture_output=True, text=True)
