@@ -158,8 +158,10 @@ pub enum Choice {
 pub struct Engine {
     shared: Arc<Shared>,
     worker: Option<JoinHandle<()>>,
-    /// What renders, for people.
+    /// What renders, in a few words.
     pub device_text: String,
+    /// What draws the window.
+    pub window_device: String,
     /// Whether pictures are rendered on the window's device.
     pub on_gpu: bool,
 }
@@ -188,7 +190,7 @@ impl Engine {
         } else if choice == Choice::Cpu {
             "CPU".to_owned()
         } else {
-            format!("CPU: {} is no GPU to compute on", info.name)
+            "CPU (no GPU)".to_owned()
         };
         let shared = Arc::new(Shared {
             inbox: Mutex::default(),
@@ -208,7 +210,7 @@ impl Engine {
         let blur =
             worker::Worker::new(&shared, (&render_state.device, &render_state.queue), on_gpu, &info.name);
         let worker = std::thread::Builder::new().name("render".into()).spawn(move || blur.run())?;
-        Ok(Self { shared, worker: Some(worker), device_text, on_gpu })
+        Ok(Self { shared, worker: Some(worker), device_text, window_device: info.name, on_gpu })
     }
 
     /// Asks for pictures. Asking for the same again is free.

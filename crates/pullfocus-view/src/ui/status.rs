@@ -111,9 +111,13 @@ impl App {
                 ui.spinner();
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let text = note.unwrap_or_else(|| self.engine.device_text.clone());
+                let text =
+                    if note.is_some() { "CPU (this time)".into() } else { self.engine.device_text.clone() };
+                let hint = note.unwrap_or_else(|| {
+                    "What renders. Without a GPU pictures are smaller while something moves.".into()
+                });
                 ui.label(text)
-                    .on_hover_text("What renders. Without a GPU pictures are smaller while something moves.");
+                    .on_hover_text(format!("{hint} The window is drawn by {}.", self.engine.window_device));
             });
         });
     }
