@@ -501,6 +501,8 @@ fn what_does_not_fit_is_refused() {
 /// A device of its own, with the limits that `change` makes of WebGPU's defaults.
 fn small_device(change: impl FnOnce(&mut wgpu::Limits)) -> Context {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // OpenGL, which another crate of the workspace may have switched on, complains where it has no driver.
+    descriptor.backends = wgpu::Backends::PRIMARY;
     descriptor.flags = wgpu::InstanceFlags::VALIDATION;
     let instance = wgpu::Instance::new(descriptor);
     let wanted = match choice() {
