@@ -1,5 +1,7 @@
 //! How the program ends when it does not end well.
 
+use pullfocus_core::Error;
+use pullfocus_io::FileError;
 use std::fmt;
 use std::process::ExitCode;
 
@@ -26,6 +28,18 @@ impl Failure {
     /// A failure with this sentence.
     pub fn failed(sentence: impl Into<String>) -> Self {
         Self::Failed(anyhow::Error::msg(sentence.into()))
+    }
+
+    /// Whether work ended because somebody raised its flag.
+    pub fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Stopped(_) => true,
+            Self::Usage(_) => false,
+            Self::Failed(error) => error.chain().any(|cause| {
+                matches!(cause.downcast_ref(), Some(Error::Cancelled))
+                    || matches!(cause.downcast_ref(), Some(FileError::Core(Error::Cancelled)))
+            }),
+        }
     }
 
     /// 2 for usage, 1 for the rest.

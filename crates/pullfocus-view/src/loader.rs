@@ -2,10 +2,8 @@
 
 use crate::clip::{Clip, Plate};
 use eframe::egui;
-use pullfocus_core::{Cancel, Error};
-use pullfocus_io::FileError;
+use pullfocus_core::Cancel;
 use pullfocus_job::config::Options;
-use pullfocus_job::failure::Failure;
 use std::collections::HashMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -199,7 +197,7 @@ fn run(shared: &Shared) {
                 if shelf.clip.as_ref().is_some_and(|now| Arc::ptr_eq(now, &clip)) {
                     match read {
                         Ok(plate) => shelf.keep(index, Arc::new(plate)),
-                        Err(failure) if is_cancelled(&failure) => {}
+                        Err(failure) if failure.is_cancelled() => {}
                         Err(failure) => {
                             shelf.faults.insert(index, failure.to_string());
                         }
@@ -224,7 +222,7 @@ fn open(shared: &Shared, options: Options, cancel: &Cancel) {
             *shelf = Shelf { clip: Some(Arc::new(clip)), opened: Some(options), ..Shelf::default() };
             shelf.keep(0, Arc::new(plate));
         }
-        Err(failure) if is_cancelled(&failure) => {}
+        Err(failure) if failure.is_cancelled() => {}
         Err(failure) => shelf.fault = Some(failure.to_string()),
     }
 }
@@ -232,15 +230,4 @@ fn open(shared: &Shared, options: Options, cancel: &Cancel) {
 fn name_of(options: &Options) -> String {
     let first = options.files.input.as_ref().and_then(|inputs| inputs.first());
     first.or(options.files.behind.as_ref()).map_or_else(String::new, |path| path.display().to_string())
-}
-
-fn is_cancelled(failure: &Failure) -> bool {
-    match failure {
-        Failure::Stopped(_) => true,
-        Failure::Usage(_) => false,
-        Failure::Failed(error) => error.chain().any(|cause| {
-            matches!(cause.downcast_ref(), Some(Error::Cancelled))
-                || matches!(cause.downcast_ref(), Some(FileError::Core(Error::Cancelled)))
-        }),
-    }
 }

@@ -1,9 +1,8 @@
 //! What comes back when the program is started again: recent files, the last shot, how it was looked at.
 
 use crate::look::Look;
-use pullfocus_io::output::{Existing, PendingFile};
+use pullfocus_job::storage;
 use serde::{Deserialize, Serialize};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// How many recent files are remembered.
@@ -54,9 +53,7 @@ impl Session {
             std::fs::create_dir_all(folder).map_err(|error| told(&error))?;
         }
         let text = toml::to_string(self).map_err(|error| told(&error))?;
-        let mut file = PendingFile::create(path, Existing::Replace).map_err(|error| told(&error))?;
-        file.write_all(text.as_bytes()).map_err(|error| told(&error))?;
-        file.commit().map(|_| ()).map_err(|error| told(&error))
+        storage::save_bytes(path, text.as_bytes()).map_err(|failure| told(&failure))
     }
 
     /// Puts a file on top of the recent ones.

@@ -6,8 +6,7 @@ use crate::console::{Console, milliseconds, seconds};
 use crate::overlap::{self, Arrival, Compute, Made};
 use crate::report::{Document, FrameReport, Outcome, camera_text};
 use pullfocus::Renderer;
-use pullfocus_core::{Cancel, Error};
-use pullfocus_io::FileError;
+use pullfocus_core::Cancel;
 use pullfocus_io::output::{STALE_AFTER, clean_leftovers};
 use pullfocus_job::config::Options;
 use pullfocus_job::failure::{Failure, Result};
@@ -188,14 +187,7 @@ fn tell(report: &FrameReport, console: &Console) {
 
 /// A cancelled run says how far it came.
 fn stopped(failure: Failure, job: &Job, reports: &[FrameReport], cancel: &Cancel) -> Failure {
-    let cancelled = match &failure {
-        Failure::Failed(error) => error.chain().any(|cause| {
-            matches!(cause.downcast_ref(), Some(Error::Cancelled))
-                || matches!(cause.downcast_ref(), Some(FileError::Core(Error::Cancelled)))
-        }),
-        _ => false,
-    };
-    if !(cancelled && cancel.is_cancelled()) {
+    if !(failure.is_cancelled() && cancel.is_cancelled()) {
         return failure;
     }
     let frames = job.frames.len();

@@ -22,6 +22,7 @@ use crate::{opening, ui};
 use eframe::egui::util::undoer::Undoer;
 use eframe::{egui, egui_wgpu};
 use pullfocus_core::{Cancel, Picture, Settings};
+use pullfocus_io::output::Existing;
 use pullfocus_job::config::{self, Options};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -223,8 +224,7 @@ impl App {
 
     /// Saves the shot.
     pub fn save(&mut self, path: &Path) {
-        let text = config::write(self.document.shot());
-        match windows::write_whole(path, text.as_bytes()) {
+        match config::write_to(self.document.shot(), path, Existing::Replace) {
             Ok(()) => {
                 self.say(format!(
                     "Saved. `pullfocus render --shot {}` renders these pixels.",
@@ -233,7 +233,7 @@ impl App {
                 self.saved = Some((path.to_owned(), self.document.clone()));
                 self.session.opened(path);
             }
-            Err(sentence) => self.say(sentence),
+            Err(failure) => self.say(failure.to_string()),
         }
     }
 

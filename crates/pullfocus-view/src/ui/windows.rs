@@ -5,8 +5,6 @@ use super::keyboard::SHORTCUTS;
 use crate::export::{Export, Order, What};
 use crate::opening::{self, Entry};
 use eframe::egui::{self, Window};
-use pullfocus_io::output::{Existing, PendingFile};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What a file is chosen for.
@@ -76,14 +74,6 @@ impl Windows {
     pub fn ask_for_reference(&mut self) {
         self.wants_reference = true;
     }
-}
-
-/// Writes a small file whole or not at all, in the place of one that may be there.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    let told = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let mut file = PendingFile::create(path, Existing::Replace).map_err(|error| error.to_string())?;
-    file.write_all(bytes).map_err(|error| told(&error))?;
-    file.commit().map(|_| ()).map_err(|error| error.to_string())
 }
 
 impl App {

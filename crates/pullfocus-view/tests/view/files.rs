@@ -60,6 +60,8 @@ fn a_saved_shot_renders_to_the_same_pixels() {
     window.state_mut().save(&shot);
     assert!(window.state().message().unwrap().starts_with("Saved"), "{:?}", window.state().message());
 
+    // The shot and its frames may be moved together.
+    assert!(std::fs::read_to_string(&shot).unwrap().contains("input = \"f.####.exr\""));
     let mut options: Options = config::read(&shot).unwrap();
     options.files.output = Some(folder.path().join("out.####.exr"));
     let job = Job::new(&options, Purpose::Render).unwrap();
