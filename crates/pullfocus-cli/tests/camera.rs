@@ -62,7 +62,7 @@ fn a_pull_becomes_a_table_and_a_layer() {
 }
 
 #[test]
-fn what_a_shot_leaves_out_comes_from_its_first_frame() {
+fn what_a_shot_leaves_out_comes_from_its_frames() {
     let folder = Folder::new();
     folder.frame_with_camera("f.1001.exr");
     let shot = shot(&folder, "input = 'f.####.exr'");
@@ -76,6 +76,13 @@ fn what_a_shot_leaves_out_comes_from_its_first_frame() {
     // 36 mm over 48 x 32 pixels.
     assert!(text.contains("horizontalAperture = 36\n") && text.contains("verticalAperture = 24\n"), "{text}");
     assert!(text.contains("fStop = 2\n"), "the shot's own f-stop wins: {text}");
+    // A zoom that the renderer keyed; a frame without a file has the lens of the one before.
+    folder.frame_with_lens("f.1002.exr", 85.0);
+    ok(pullfocus(["camera", &shot, "-o", &table, "--overwrite", "--frames", "1001-1003"]));
+    let text = fs::read_to_string(&table).unwrap();
+    let focal: Vec<&str> = text.lines().map(|line| line.split(',').nth(3).unwrap()).collect();
+    assert_eq!(focal[1..], ["50", "85", "85"], "{text}");
+    fs::remove_file(folder.path("f.1002.exr")).unwrap();
     // A picture that cannot be read is told of; then the lens is incomplete.
     fs::write(folder.path("f.1001.exr"), "no picture").unwrap();
     let said = refused(2, pullfocus(["camera", &shot, "-o", &folder.path("x.csv")]));
@@ -90,7 +97,7 @@ fn nothing_is_written_over_or_guessed() {
     let table = folder.path("pull.csv");
     for (arguments, word) in [
         (&["-o", "pull.fbx"][..], ".usda"),
-        (&["-o", &table, "--fps", "0"], "--fps is 0"),
+        (&["-o", &table, "--fps", "0"], "0 frames a second"),
         (&["-o", &table, "--sharp", "1"], "part of the width"),
         (&["-o", &table, "--aperture-diameter", "-1"], "pinhole"),
         (&["-o", &table, "--frames", "a"], "1001-1100"),

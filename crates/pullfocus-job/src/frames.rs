@@ -41,6 +41,11 @@ impl FrameFiles {
         .filter_map(|(role, path)| Some((role, path.as_ref()?)))
     }
 
+    /// Files read.
+    pub fn read(&self) -> impl Iterator<Item = &PathBuf> {
+        self.roles().map(|(_, path)| path)
+    }
+
     /// Files read, by their role.
     pub fn inputs(&self) -> BTreeMap<&'static str, String> {
         self.roles().map(|(role, path)| (role, path.display().to_string())).collect()
@@ -69,7 +74,7 @@ impl FrameFiles {
     pub fn need(&self, existing: Existing) -> Result<Need> {
         let mut need = Need::Finished;
         for output in std::iter::once(&self.output).chain(&self.preview_png) {
-            if check_target(output, self.roles().map(|(_, path)| path), existing)? == Need::Make {
+            if check_target(output, self.read(), existing)? == Need::Make {
                 need = Need::Make;
             }
         }

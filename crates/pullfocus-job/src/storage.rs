@@ -102,6 +102,18 @@ pub fn load(path: &Path, selection: &Selection, limits: &Limits, cancel: &Cancel
     })
 }
 
+/// Where a picture's pixels lie and what its file says of the camera; of OpenEXR files the header alone is read.
+///
+/// # Errors
+/// As [`load`].
+pub fn look(path: &Path, selection: &Selection, limits: &Limits) -> Result<(Frame, FoundCamera)> {
+    if !is_exr_content(path)? {
+        let loaded = load_image(path, selection, limits)?;
+        return Ok((loaded.frame, loaded.camera));
+    }
+    Ok(Document::open(path, limits)?.look(selection)?)
+}
+
 /// Depth from a file of its own.
 #[derive(Debug)]
 pub struct Depth {

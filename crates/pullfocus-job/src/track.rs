@@ -8,12 +8,13 @@ use crate::shot;
 use crate::storage;
 use crate::values::{Label, Largest};
 use pullfocus_core::{Cancel, Frame, Size, focus, sensor};
-use pullfocus_io::camera_file::{CameraSample, SENSOR_IF_UNKNOWN_MM};
+use pullfocus_io::camera_file::{CameraSample, SENSOR_IF_UNKNOWN_MM, write_csv, write_usda};
+use pullfocus_io::output::{Existing, PendingFile, check_target};
 use pullfocus_io::sequence::{Frames, Pattern};
-use pullfocus_io::{Limits, Selection};
+use pullfocus_io::{FileError, Limits, Selection};
 use std::path::{Path, PathBuf};
 
-/// What the files of a shot's first frame say.
+/// What the files of a frame say.
 #[derive(Debug, Clone, Default)]
 pub struct Seen {
     /// Their camera attributes.
@@ -35,11 +36,11 @@ fn pattern(path: &Path) -> Result<Option<Pattern>> {
     if path.is_file() { Ok(None) } else { Ok(Pattern::parse(path)?) }
 }
 
-/// Reads the files of a shot's first frame, as far as they are there.
+/// Reads what the files of a frame of a shot say, as far as they are there.
 ///
 /// # Errors
 /// [`Failure::Usage`] for names that are no patterns.
-pub fn look(options: &Options, first: i64) -> Result<Seen> {
+pub fn look(options: &Options, frame: i64) -> Result<Seen> {
     let label = |label: &Option<Label>| label.as_ref().map(|label| label.0.clone());
     let selection = Selection {
         view: label(&options.files.view),
@@ -49,14 +50,14 @@ pub fn look(options: &Options, first: i64) -> Result<Seen> {
     };
     let mut seen = Seen::default();
     for path in pictures(options) {
-        let file = pattern(path)?.map_or_else(|| path.clone(), |pattern| pattern.file(first));
+        let file = pattern(path)?.map_or_else(|| path.clone(), |pattern| pattern.file(frame));
         if !file.is_file() {
             continue;
         }
-        match storage::load(&file, &selection, &Limits::default(), &Cancel::new()) {
-            Ok(loaded) => {
-                let frame = seen.frame.get_or_insert(loaded.frame);
-                seen.camera = seen.camera.or(load::file_camera(&loaded.camera, frame));
+        match storage::look(&file, &selection, &Limits::default()) {
+            Ok((frame, camera)) => {
+                let frame = seen.frame.get_or_insert(frame);
+                seen.camera = seen.camera.or(load::file_camera(&camera, frame));
             }
             Err(failure) => seen.notes.push(failure.to_string()),
         }
@@ -140,6 +141,96 @@ pub fn sensor_height_mm(sample: &CameraSample, seen: &Seen) -> Option<f64> {
         (Some(width), None) => sensor::find(width).map(|sensor| sensor.height_mm),
         (None, None) => None,
     }
+}
+
+/// What was written.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// The frames.
+    pub frames: Frames,
+    /// The lens at the first of them, and which value came from where.
+    pub first: Vec<CameraValue>,
+}
+
+/// How a track is written.
+#[derive(Debug, Clone, Copy)]
+pub struct Writing<'a> {
+    /// Ends with `.csv` (a table) or `.usda` (a USD layer).
+    pub output: &'a Path,
+    /// Frames a second, above 0.
+    pub fps: f64,
+    /// The largest circle of confusion that still counts as sharp.
+    pub sharp: Largest,
+    /// Whether a file that is there may be replaced.
+    pub existing: Existing,
+    /// What the shot is called in messages.
+    pub name: &'a str,
+}
+
+/// What the output's ending asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Csv,
+    Usda,
+}
+
+fn form(output: &Path) -> Result<Form> {
+    match output.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("csv") => Ok(Form::Csv),
+        Some("usda") => Ok(Form::Usda),
+        _ => Err(Failure::usage(format!(
+            "{}: a camera is written as .csv (a table) or .usda (a USD layer); end the name so",
+            output.display()
+        ))),
+    }
+}
+
+/// Writes the lens of every frame of a shot, whole or not at all; each frame's own file says what the shot leaves out. `own` are
+/// files that must not be written over; `note` hears of files that are there and cannot be read.
+///
+/// # Errors
+/// [`Failure::Usage`] for an output that cannot be, a lens that is incomplete, and where nothing says which frames;
+/// [`Failure::Failed`] where the file is there and may not be replaced, or cannot be written; cancellation.
+pub fn save(
+    options: &Options,
+    own: &[PathBuf],
+    writing: Writing<'_>,
+    cancel: &Cancel,
+    mut note: impl FnMut(String),
+) -> Result<Track> {
+    let Writing { output, fps, sharp, existing, name } = writing;
+    let form = form(output)?;
+    if !(fps.is_finite() && fps > 0.0) {
+        return Err(Failure::usage(format!("{fps} frames a second are none; give a number above 0")));
+    }
+    camera::check(&options.lens)?;
+    check_target(output, own, existing)?;
+    let frames = frames(options)?;
+    let mut known: Option<Seen> = None;
+    let mut samples = Vec::with_capacity(frames.len());
+    let mut first = None;
+    for frame in frames.iter() {
+        cancel.check()?;
+        let mut seen = look(options, frame)?;
+        seen.notes.drain(..).for_each(&mut note);
+        // A frame without a file has the lens of the one before.
+        let seen = match seen.frame {
+            Some(_) => known.insert(seen),
+            None => known.get_or_insert(seen),
+        };
+        let (sample, values) = sample(options, seen, frame, sharp, name)?;
+        first.get_or_insert_with(|| (sensor_height_mm(&sample, seen), values));
+        samples.push(sample);
+    }
+    let (height, first) = first.unwrap_or_default();
+    let mut pending = PendingFile::create(output, existing)?;
+    match form {
+        Form::Csv => write_csv(&samples, &mut pending),
+        Form::Usda => write_usda(&samples, fps, height, &mut pending),
+    }
+    .map_err(|error| FileError::io(output, "write", error))?;
+    pending.commit()?;
+    Ok(Track { frames, first })
 }
 
 #[cfg(test)]

@@ -60,6 +60,11 @@ impl Clip {
         self.job.frames.get(index)
     }
 
+    /// All files that are read.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        self.job.frames.iter().flat_map(FrameFiles::read).cloned().collect()
+    }
+
     /// The number of a frame: its own, or its place from 1 where its name has none.
     pub fn number(&self, index: usize) -> i64 {
         self.files(index).and_then(|files| files.number).unwrap_or(index as i64 + 1)

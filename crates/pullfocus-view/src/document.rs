@@ -24,8 +24,13 @@ pub enum Quantity {
 /// The shot (take A) and the take beside it (B).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document {
-    /// The takes. Files, depth and keys are the first one's.
+    /// The takes. Files and depth are the first one's.
     pub takes: [Options; 2],
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::FocusDistance, Self::FStop, Self::FocalLength];
 }
 
 impl Document {
@@ -105,33 +110,36 @@ impl Document {
         keys.set(Key { frame, easing: easing.unwrap_or_default(), ..key }).map_err(|error| error.to_string())
     }
 
-    /// Keys the lens as it is at a frame: whatever has keys already, and the focus in any case.
+    /// Keys the lens of a take as it is at a frame: whatever has keys already, and the focus in any case.
     ///
     /// # Errors
     /// As [`Document::set_key`].
-    pub fn key_here(&mut self, plate: &Plate, frame: i64) -> Result<(), String> {
-        let resolved = self.lens(0, plate, frame)?;
-        let value =
-            |name: &str| resolved.values.iter().find(|value| value.name == name).map(|value| value.value);
-        let keyed = |quantity| self.is_keyed(0, quantity);
+    pub fn key_here(&mut self, side: usize, plate: &Plate, frame: i64) -> Result<(), String> {
+        let values = LensValues::of(&self.lens(side, plate, frame)?);
         let key = Key {
-            focus_distance_m: Some(resolved.camera.focus_distance_m()),
-            f_stop: value("f-stop").filter(|_| keyed(Quantity::FStop)),
-            focal_length_mm: value("focal length").filter(|_| keyed(Quantity::FocalLength)),
+            focus_distance_m: Some(values.focus_m),
+            f_stop: values.f_stop.filter(|_| self.is_keyed(side, Quantity::FStop)),
+            focal_length_mm: values.focal_mm.filter(|_| self.is_keyed(side, Quantity::FocalLength)),
             ..Key::default()
         };
-        self.set_key(0, key, frame)
+        self.set_key(side, key, frame)
     }
 
     /// Gives a quantity its first key, or takes all of its keys away and leaves its value here.
     ///
     /// # Errors
     /// As [`Document::set_key`].
-    pub fn toggle_keyed(&mut self, quantity: Quantity, value: f64, frame: i64) -> Result<(), String> {
-        if !self.is_keyed(0, quantity) {
-            return self.set_key(0, with(quantity, value), frame);
+    pub fn toggle_keyed(
+        &mut self,
+        side: usize,
+        quantity: Quantity,
+        value: f64,
+        frame: i64,
+    ) -> Result<(), String> {
+        if !self.is_keyed(side, quantity) {
+            return self.set_key(side, with(quantity, value), frame);
         }
-        let keys: Vec<Key> = std::mem::take(&mut self.takes[0].keys).into();
+        let keys: Vec<Key> = std::mem::take(&mut self.takes[side].keys).into();
         let left = keys.into_iter().map(|mut key| {
             match quantity {
                 Quantity::FocusDistance => key.focus_distance_m = None,
@@ -140,19 +148,15 @@ impl Document {
             }
             key
         });
-        let says = |key: &Key| {
-            [Quantity::FocusDistance, Quantity::FStop, Quantity::FocalLength]
-                .iter()
-                .any(|&quantity| of(key, quantity).is_some())
-        };
-        self.takes[0].keys = pullfocus_core::pull::Pull::new(left.filter(says).collect())
+        let says = |key: &Key| Quantity::ALL.iter().any(|&quantity| of(key, quantity).is_some());
+        self.takes[side].keys = pullfocus_core::pull::Pull::new(left.filter(says).collect())
             .map_err(|error| error.to_string())?;
-        self.set(0, quantity, value, frame)
+        self.set(side, quantity, value, frame)
     }
 
     /// Moves a key to another frame, over one that is there.
-    pub fn move_key(&mut self, from: f64, to: f64) {
-        let keys = &mut self.takes[0].keys;
+    pub fn move_key(&mut self, side: usize, from: f64, to: f64) {
+        let keys = &mut self.takes[side].keys;
         if from != to
             && let Some(key) = keys.remove(from)
         {
@@ -163,16 +167,16 @@ impl Document {
     }
 
     /// How a key goes on to the next one.
-    pub fn set_easing(&mut self, frame: f64, easing: Easing) {
-        let keys = &mut self.takes[0].keys;
+    pub fn set_easing(&mut self, side: usize, frame: f64, easing: Easing) {
+        let keys = &mut self.takes[side].keys;
         if let Some(key) = keys.keys().iter().find(|key| key.frame == frame).copied() {
             let _ = keys.set(Key { easing, ..key });
         }
     }
 
     /// Takes a key away.
-    pub fn remove_key(&mut self, frame: f64) {
-        self.takes[0].keys.remove(frame);
+    pub fn remove_key(&mut self, side: usize, frame: f64) {
+        self.takes[side].keys.remove(frame);
     }
 }
 
@@ -261,17 +265,17 @@ mod tests {
         let mut document = Document::default();
         document.set(0, Quantity::FocusDistance, 2.0, 1).unwrap();
         assert_eq!(document.shot().lens.focus_distance, Some(Number(2.0)));
-        document.toggle_keyed(Quantity::FocusDistance, 2.0, 1).unwrap();
+        document.toggle_keyed(0, Quantity::FocusDistance, 2.0, 1).unwrap();
         document.set(0, Quantity::FocusDistance, 4.0, 11).unwrap();
         assert_eq!(document.shot().keys.keys().len(), 2);
         assert_eq!(document.shot().lens.focus_distance, Some(Number(2.0)));
-        document.set_easing(1.0, Easing::Linear);
+        document.set_easing(0, 1.0, Easing::Linear);
         let middle = document.shot().keys.at(6.0).focus_distance_m.unwrap();
         assert!((middle - 8.0 / 3.0).abs() < 1e-12, "{middle}");
-        document.move_key(11.0, 21.0);
+        document.move_key(0, 11.0, 21.0);
         assert_eq!(document.shot().keys.keys()[1].frame, 21.0);
         assert!(document.set(0, Quantity::FocusDistance, -1.0, 5).is_err());
-        document.toggle_keyed(Quantity::FocusDistance, 3.0, 5).unwrap();
+        document.toggle_keyed(0, Quantity::FocusDistance, 3.0, 5).unwrap();
         assert!(document.shot().keys.is_empty());
         assert_eq!(document.shot().lens.focus_distance, Some(Number(3.0)));
     }

@@ -2,21 +2,26 @@
 
 use crate::clip::Clip;
 use crate::document::Document;
+use crate::locked::lock;
 use crate::screen::Transform;
 use eframe::egui;
 use pullfocus::{Device, Renderer};
 use pullfocus_core::{Cancel, Picture};
-use pullfocus_io::output::Existing;
+use pullfocus_io::output::{Existing, check_target};
 use pullfocus_io::sequence::Pattern;
 use pullfocus_job::draw::Canvas;
 use pullfocus_job::failure::{Failure, Result};
 use pullfocus_job::job::Job;
 use pullfocus_job::purpose::Purpose;
+use pullfocus_job::track::{self, Writing};
+use pullfocus_job::values::{Label, Largest};
 use pullfocus_job::{load, storage};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use tempfile::TempPath;
 
 /// What is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -28,6 +33,8 @@ pub enum What {
     Pictures,
     /// What is seen, as a movie.
     Movie,
+    /// The lens at each frame, for other programs.
+    Camera,
 }
 
 /// What is to be written.
@@ -45,6 +52,10 @@ pub struct Order {
     pub gain: f32,
     /// Frames a second.
     pub fps: f64,
+    /// Circle of confusion in pixels up to which something counts as in focus.
+    pub sharp_px: f64,
+    /// The program that makes movies: [`ENCODER`], or one that takes the same arguments.
+    pub encoder: PathBuf,
 }
 
 /// How far it is.
@@ -62,6 +73,7 @@ pub struct Progress {
 pub struct Export {
     progress: Arc<Mutex<Progress>>,
     cancel: Cancel,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Export {
@@ -78,9 +90,9 @@ impl Export {
         let progress = Arc::new(Mutex::new(Progress::default()));
         let cancel = Cancel::new();
         let (theirs, stop, ctx) = (Arc::clone(&progress), cancel.clone(), ctx.clone());
-        std::thread::Builder::new().name("export".into()).spawn(move || {
+        let thread = std::thread::Builder::new().name("export".into()).spawn(move || {
             let tell = |done, of| {
-                let mut progress = theirs.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut progress = lock(&theirs);
                 (progress.done, progress.of) = (done, of);
                 drop(progress);
                 ctx.request_repaint();
@@ -89,8 +101,9 @@ impl Export {
                 What::Shot => shot(&document, &order, &stop, &tell),
                 What::Pictures => pictures(&clip, &document, &order, &stop, &tell),
                 What::Movie => movie(&clip, &document, &order, &stop, &tell),
+                What::Camera => camera(&clip, &document, &order, &stop, &tell),
             };
-            let mut progress = theirs.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut progress = lock(&theirs);
             progress.end = Some(match end {
                 Ok(()) => Ok(format!("Wrote {}.", order.output.display())),
                 Err(_) if stop.is_cancelled() => Err(format!(
@@ -102,12 +115,12 @@ impl Export {
             drop(progress);
             ctx.request_repaint();
         })?;
-        Ok(Self { progress, cancel })
+        Ok(Self { progress, cancel, thread: Some(thread) })
     }
 
     /// How far it is.
     pub fn progress(&self) -> Progress {
-        self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        lock(&self.progress).clone()
     }
 
     /// Whether it is over.
@@ -123,8 +136,11 @@ impl Export {
 
 impl Drop for Export {
     fn drop(&mut self) {
-        // A window that is closed ends what it began; files are whole or not there.
+        // A window that is closed ends what it began, and waits until it has: files are whole or not there.
         self.cancel.cancel();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
     }
 }
 
@@ -201,10 +217,15 @@ fn pictures(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, te
         )));
     }
     storage::check_preview(&order.output)?;
+    let file = |index| {
+        pattern.as_ref().map_or_else(|| order.output.clone(), |pattern| pattern.file(clip.number(index)))
+    };
+    for index in 0..clip.len() {
+        check_target(&file(index), clip.files(index).iter().flat_map(|files| files.read()), existing(order))?;
+    }
     tell(0, clip.len());
     frames(clip, document, order, cancel, |index, canvas| {
-        let output =
-            pattern.as_ref().map_or_else(|| order.output.clone(), |pattern| pattern.file(clip.number(index)));
+        let output = file(index);
         storage::save_canvas(&canvas, &output, existing(order))?;
         tell(index + 1, clip.len());
         Ok(())
@@ -212,66 +233,128 @@ fn pictures(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, te
 }
 
 /// The program that makes movies, where it is installed.
-const ENCODER: &str = "ffmpeg";
+pub const ENCODER: &str = "ffmpeg";
 
 fn movie(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, tell: Tell<'_>) -> Result<()> {
-    if order.output.exists() && !order.overwrite {
-        return Err(Failure::failed(format!(
-            "{}: it is already there; allow to replace it, or choose another name",
-            order.output.display()
+    let output = &order.output;
+    let known =
+        |ending: &&&str| output.extension().is_some_and(|theirs| theirs.eq_ignore_ascii_case(**ending));
+    let Some(ending) = MOVIES.iter().find(known) else {
+        return Err(Failure::usage(format!(
+            "{}: a movie's name ends with .{}",
+            output.display(),
+            MOVIES.join(" or .")
         )));
-    }
+    };
+    check_target(output, clip.paths(), existing(order))?;
     tell(0, clip.len());
-    // Under another name until it is whole; the ending says the format.
-    let ending =
-        order.output.extension().map_or("mp4".into(), |ending| ending.to_string_lossy().into_owned());
-    let half = order.output.with_extension(format!("part.{ending}"));
-    let result = (|| {
-        let mut child: Option<Child> = None;
-        frames(clip, document, order, cancel, |index, canvas| {
-            let encoder = match &mut child {
-                Some(child) => child,
-                none => none.insert(encoder(&half, &canvas, order.fps)?),
-            };
-            let Some(pipe) = &mut encoder.stdin else {
-                return Err(Failure::failed("the encoder takes no pictures"));
-            };
-            pipe.write_all(&canvas.data).map_err(|error| Failure::failed(format!("{ENCODER}: {error}")))?;
-            tell(index + 1, clip.len());
-            Ok(())
-        })?;
-        let Some(child) = child else { return Ok(()) };
-        let output = child.wait_with_output()?;
-        if output.status.success() {
-            return Ok(());
+    // In a folder of its own until it is whole; that goes away with what is in it, whatever happens.
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = tempfile::Builder::new().prefix(".pullfocus-movie-").tempdir_in(folder)?;
+    let half = folder.path().join(format!("movie.{ending}"));
+    let mut encoder: Option<Encoder> = None;
+    frames(clip, document, order, cancel, |index, canvas| {
+        let encoder = match &mut encoder {
+            Some(encoder) => encoder,
+            none => none.insert(Encoder::start(order, &half, &canvas)?),
+        };
+        encoder.take(&canvas)?;
+        tell(index + 1, clip.len());
+        Ok(())
+    })?;
+    cancel.check()?;
+    if let Some(encoder) = encoder {
+        encoder.finish()?;
+    }
+    let whole = TempPath::try_from_path(half)?;
+    let renamed = if order.overwrite { whole.persist(output) } else { whole.persist_noclobber(output) };
+    renamed.map_err(|error| Failure::failed(format!("{}: {}", output.display(), error.error)))
+}
+
+/// Endings of movies that everybody's player knows.
+const MOVIES: [&str; 3] = ["mp4", "mov", "mkv"];
+
+/// A run of the encoder. Dropped before it is finished, it is stopped.
+struct Encoder {
+    name: String,
+    child: Child,
+}
+
+impl Encoder {
+    fn start(order: &Order, output: &Path, canvas: &Canvas) -> Result<Self> {
+        let name = order.encoder.display().to_string();
+        let fps = order.fps.to_string();
+        let size = format!("{}x{}", canvas.width, canvas.height);
+        let child = Command::new(&order.encoder)
+            .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", &size, "-r", &fps])
+            // Most players want even sides and this form of colour.
+            .args(["-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
+            .arg(output)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|error| {
+                Failure::failed(format!(
+                    "movies are made by the program {name}, which cannot be started ({error}); install it, or write a picture sequence"
+                ))
+            })?;
+        Ok(Self { name, child })
+    }
+
+    fn take(&mut self, canvas: &Canvas) -> Result<()> {
+        let sent = match &mut self.child.stdin {
+            Some(pipe) => pipe.write_all(&canvas.data),
+            None => Err(std::io::ErrorKind::BrokenPipe.into()),
+        };
+        // It has ended; what it said is of more use than that.
+        sent.or_else(|error| Err(self.end()?.err().unwrap_or_else(|| error.into())))
+    }
+
+    fn finish(mut self) -> Result<()> {
+        self.end()?
+    }
+
+    /// Waits for its end: what it made of the pictures.
+    fn end(&mut self) -> Result<Result<()>> {
+        drop(self.child.stdin.take());
+        let mut said = String::new();
+        if let Some(stderr) = self.child.stderr.take() {
+            // It may speak any language.
+            let mut bytes = Vec::new();
+            stderr.take(1 << 16).read_to_end(&mut bytes)?;
+            said = String::from_utf8_lossy(&bytes).into_owned();
         }
-        let last = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned();
-        Err(Failure::failed(format!("{ENCODER} could not write {}: {last}", order.output.display())))
-    })();
-    match result {
-        Ok(()) => std::fs::rename(&half, &order.output).map_err(Failure::from),
-        Err(failure) => {
-            // It may not be there yet.
-            let _ = std::fs::remove_file(&half);
-            Err(failure)
+        if self.child.wait()?.success() {
+            return Ok(Ok(()));
         }
+        let last = said.lines().last().unwrap_or("it does not say why");
+        Ok(Err(Failure::failed(format!("{} could not make the movie: {last}", self.name))))
     }
 }
 
-fn encoder(output: &Path, canvas: &Canvas, fps: f64) -> Result<Child> {
-    let size = format!("{}x{}", canvas.width, canvas.height);
-    Command::new(ENCODER)
-        .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", &size, "-r", &fps.to_string()])
-        // Most players want even sides and this form of colour.
-        .args(["-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
-        .arg(output)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| {
-            Failure::failed(format!(
-                "movies are made by the program {ENCODER}, which cannot be started ({error}); install it, or write a picture sequence"
-            ))
-        })
+impl Drop for Encoder {
+    fn drop(&mut self) {
+        // It may have ended long ago.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn camera(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, tell: Tell<'_>) -> Result<()> {
+    let mut options = document.shot().clone();
+    let numbers: Vec<String> = (0..clip.len()).map(|index| clip.number(index).to_string()).collect();
+    options.files.frames = Some(Label(numbers.join(",")));
+    tell(0, clip.len());
+    let writing = Writing {
+        output: &order.output,
+        fps: order.fps,
+        sharp: Largest::Pixels(order.sharp_px),
+        existing: existing(order),
+        name: &clip.name,
+    };
+    let note = |note| tracing::warn!("{note}; what it says of the camera is not used");
+    track::save(&options, &clip.paths(), writing, cancel, note)?;
+    tell(clip.len(), clip.len());
+    Ok(())
 }

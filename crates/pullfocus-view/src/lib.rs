@@ -7,6 +7,7 @@ pub mod engine;
 pub mod export;
 pub mod histogram;
 pub mod loader;
+mod locked;
 pub mod look;
 pub mod opening;
 pub mod proxy;

@@ -1,23 +1,38 @@
 //! Reading beside the window: files are opened and frames are read by a thread of their own, and kept while there is room.
 
 use crate::clip::{Clip, Plate};
+use crate::locked::lock;
+use crate::opening;
 use eframe::egui;
 use pullfocus_core::Cancel;
 use pullfocus_job::config::Options;
+use pullfocus_job::failure::Failure;
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 /// Frames kept, in bytes.
 const ROOM: usize = 2 << 30;
 
+/// What is to be opened.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// A picture, a folder, a pattern or a shot; where there is none the options say all.
+    pub path: Option<PathBuf>,
+    /// Options that win over a shot's, and once it is open all of them.
+    pub options: Options,
+    /// The frame to look at.
+    pub frame: i64,
+}
+
 /// What there is.
 #[derive(Debug, Default)]
 pub struct Shelf {
     /// What is open.
     pub clip: Option<Arc<Clip>>,
-    /// The options that it was opened with; taken by whoever shows it first.
-    pub opened: Option<Options>,
+    /// How it was opened; taken by whoever shows it first.
+    pub opened: Option<Request>,
     /// Frames in memory, the last used last.
     plates: Vec<(usize, Arc<Plate>)>,
     /// Frames that cannot be read, and why.
@@ -52,7 +67,7 @@ impl Shelf {
 
 #[derive(Default)]
 struct Inbox {
-    open: Option<Options>,
+    open: Option<Request>,
     /// Frames to have, the most urgent first.
     wanted: Vec<usize>,
     quit: bool,
@@ -64,10 +79,6 @@ struct Shared {
     shelf: Mutex<Shelf>,
     cancel: Mutex<Cancel>,
     ctx: egui::Context,
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The thread that reads.
@@ -95,10 +106,10 @@ impl Loader {
     }
 
     /// Opens files in the place of what is open. What is open stays until that has worked.
-    pub fn open(&self, options: Options) {
+    pub fn open(&self, request: Request) {
         lock(&self.shared.cancel).cancel();
         let mut inbox = lock(&self.shared.inbox);
-        inbox.open = Some(options);
+        inbox.open = Some(request);
         inbox.wanted.clear();
         lock(&self.shared.shelf).fault = None;
         self.shared.wake.notify_one();
@@ -148,13 +159,13 @@ impl Drop for Loader {
 }
 
 enum Task {
-    Open(Box<Options>),
+    Open(Box<Request>),
     Read(Arc<Clip>, usize),
 }
 
 fn next(inbox: &mut Inbox, shelf: &Shelf) -> Option<Task> {
-    if let Some(options) = inbox.open.take() {
-        return Some(Task::Open(Box::new(options)));
+    if let Some(request) = inbox.open.take() {
+        return Some(Task::Open(Box::new(request)));
     }
     let clip = shelf.clip.as_ref()?;
     let missing = |index: &&usize| !shelf.has(**index) && !shelf.faults.contains_key(*index);
@@ -172,7 +183,7 @@ fn run(shared: &Shared) {
                 let mut shelf = lock(&shared.shelf);
                 if let Some(task) = next(&mut inbox, &shelf) {
                     shelf.reading = Some(match &task {
-                        Task::Open(options) => name_of(options),
+                        Task::Open(request) => name_of(request),
                         Task::Read(clip, index) => {
                             clip.files(*index).map_or_else(String::new, |files| files.name())
                         }
@@ -189,7 +200,7 @@ fn run(shared: &Shared) {
         };
         shared.ctx.request_repaint();
         match task {
-            Task::Open(options) => open(shared, *options, &cancel),
+            Task::Open(request) => open(shared, *request, &cancel),
             Task::Read(clip, index) => {
                 let read = clip.read(index, &cancel);
                 let mut shelf = lock(&shared.shelf);
@@ -211,15 +222,22 @@ fn run(shared: &Shared) {
 }
 
 /// Opens a clip with its first frame; only where both work does it take the place of what was open.
-fn open(shared: &Shared, options: Options, cancel: &Cancel) {
-    let opened = Clip::open(&options).and_then(|clip| {
+fn open(shared: &Shared, request: Request, cancel: &Cancel) {
+    let Request { path, options, frame } = request;
+    let opened = (|| {
+        let options = match &path {
+            Some(path) => opening::options(path, &options)?,
+            None => options,
+        };
+        let clip = Clip::open(&options)?;
         let plate = clip.read(0, cancel)?;
-        Ok((clip, plate))
-    });
+        Ok::<_, Failure>((options, clip, plate))
+    })();
     let mut shelf = lock(&shared.shelf);
     match opened {
-        Ok((clip, plate)) => {
-            *shelf = Shelf { clip: Some(Arc::new(clip)), opened: Some(options), ..Shelf::default() };
+        Ok((options, clip, plate)) => {
+            let opened = Some(Request { path, options, frame });
+            *shelf = Shelf { clip: Some(Arc::new(clip)), opened, ..Shelf::default() };
             shelf.keep(0, Arc::new(plate));
         }
         Err(failure) if failure.is_cancelled() => {}
@@ -227,7 +245,9 @@ fn open(shared: &Shared, options: Options, cancel: &Cancel) {
     }
 }
 
-fn name_of(options: &Options) -> String {
-    let first = options.files.input.as_ref().and_then(|inputs| inputs.first());
-    first.or(options.files.behind.as_ref()).map_or_else(String::new, |path| path.display().to_string())
+fn name_of(request: &Request) -> String {
+    let files = &request.options.files;
+    let inputs = files.input.iter().flatten();
+    let named = request.path.iter().chain(inputs).chain(&files.behind).next();
+    named.map_or_else(String::new, |path| path.display().to_string())
 }

@@ -41,7 +41,7 @@ pub fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<Entry>)> {
         }
         if path.is_dir() {
             folders.push(path);
-        } else if has_ending(&path, &["toml"]) {
+        } else if is_shot(&path) {
             entries.push(Entry { name, path, frames: 1 });
         } else if has_ending(&path, &PICTURES) {
             match numbered(&name) {
@@ -76,12 +76,17 @@ fn numbered(name: &str) -> Option<(String, usize, String)> {
     Some((name[..start].to_owned(), end - start, name[end..].to_owned()))
 }
 
+/// Whether a path is a shot's.
+pub fn is_shot(path: &Path) -> bool {
+    has_ending(path, &["toml"])
+}
+
 /// The options that a path stands for, with those of `base`, which win over a shot's.
 ///
 /// # Errors
 /// A folder without pictures, a shot that cannot be read.
 pub fn options(path: &Path, base: &Options) -> Result<Options> {
-    if has_ending(path, &["toml"]) {
+    if is_shot(path) {
         let mut over = base.clone();
         // The shot's own picture, not the path that led to the shot.
         over.files.input = None;
@@ -93,7 +98,7 @@ pub fn options(path: &Path, base: &Options) -> Result<Options> {
         // The longest sequence is what the folder is about.
         let most = entries
             .into_iter()
-            .filter(|entry| !has_ending(&entry.path, &["toml"]))
+            .filter(|entry| !is_shot(&entry.path))
             .max_by_key(|entry| (entry.frames, has_ending(&entry.path, &["exr"])));
         most.ok_or_else(|| {
             Failure::failed(format!(

@@ -75,11 +75,15 @@ impl Folder {
     }
 
     pub fn frame_with_camera(&self, name: &str) -> String {
+        self.frame_with_lens(name, 50.0)
+    }
+
+    pub fn frame_with_lens(&self, name: &str, focal_length_mm: f32) -> String {
         let float = AttributeValue::Float;
         let camera = [
             ("focus", float(2.0)),
             ("aperture", float(2.8)),
-            ("pinholeFocalLength", float(50.0)),
+            ("pinholeFocalLength", float(focal_length_mm)),
             ("cameraAperture", float(36.0)),
         ];
         self.write(name, Size::new(WIDTH, HEIGHT), 1, &camera)

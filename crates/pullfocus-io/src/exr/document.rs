@@ -108,6 +108,23 @@ impl Document {
         Ok(contents)
     }
 
+    /// Where the pixels that [`Document::select`] would take lie, and what the attributes say about their camera, from the
+    /// header alone.
+    ///
+    /// # Errors
+    /// [`FileError::NotFound`] for a view, part or layer that is not there.
+    pub fn look(&self, selection: &Selection) -> FileResult<(Frame, FoundCamera)> {
+        let chosen = self.choose_layers(selection)?;
+        let first = chosen.layers[0].part;
+        let window = self.joint_window(&chosen, selection.cover_display)?;
+        Ok((self.frame(first, window), self.camera_of(first)))
+    }
+
+    /// What the attributes say about a part's camera, and else those of the others.
+    fn camera_of(&self, part: usize) -> FoundCamera {
+        FoundCamera::of(&self.container.parts[part]).or(self.camera())
+    }
+
     /// Takes out of the file what one render needs.
     ///
     /// # Errors
@@ -193,7 +210,7 @@ impl Document {
             },
             depth: depth_plane,
             coc: coc_plane,
-            camera: FoundCamera::of(&self.container.parts[first]).or(self.camera()),
+            camera: self.camera_of(first),
             view,
         })
     }

@@ -7,7 +7,7 @@
 mod paths;
 mod write;
 
-pub use write::{write, write_to};
+pub use write::{text, write, write_to};
 
 use crate::failure::{Failure, Result};
 use crate::options::{Blur, Circle, CocView, Depth, Files, Lens, Run};

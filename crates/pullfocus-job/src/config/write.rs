@@ -47,23 +47,17 @@ fn toml(group: &impl Serialize) -> String {
     ::toml::to_string(group).expect("text, numbers and lists of these are TOML")
 }
 
-/// Writes a settings file, whole or not at all, with its paths relative to its folder where both lie under a common one.
+/// The text of a settings file at `path`, with its paths relative to its folder where both lie under a common one.
 ///
 /// # Errors
-/// [`Failure::Usage`] for a place that cannot be written to, one of the options' own files, and paths that are no text in
-/// UTF-8; [`Failure::Failed`] where the file is there and may not be replaced, or cannot be written.
-pub fn write_to(options: &Options, path: &Path, existing: Existing) -> Result<()> {
+/// [`Failure::Usage`] for paths that are no text in UTF-8.
+pub fn text(options: &Options, path: &Path) -> Result<String> {
     let mut options = options.clone();
-    let mut named: Vec<PathBuf> = Vec::new();
-    paths::each(&mut options, |file| named.push(file.clone()));
-    if let Some(odd) = named.iter().find(|file| file.to_str().is_none()) {
+    if let Some(odd) = named(&mut options).iter().find(|file| file.to_str().is_none()) {
         return Err(Failure::usage(format!(
             "{}: the name is no text in UTF-8, which a settings file must be; rename the file",
             odd.display()
         )));
-    }
-    if check_target(path, &named, existing)? == Need::Finished {
-        return Ok(());
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     paths::each(&mut options, |file| {
@@ -72,8 +66,28 @@ pub fn write_to(options: &Options, path: &Path, existing: Existing) -> Result<()
             *file = told;
         }
     });
+    Ok(write(&options))
+}
+
+/// The files that options name.
+fn named(options: &mut Options) -> Vec<PathBuf> {
+    let mut named = Vec::new();
+    paths::each(options, |file| named.push(file.clone()));
+    named
+}
+
+/// Writes a settings file ([`text`]), whole or not at all.
+///
+/// # Errors
+/// [`Failure::Usage`] for a place that cannot be written to, one of the options' own files, and paths that are no text in
+/// UTF-8; [`Failure::Failed`] where the file is there and may not be replaced, or cannot be written.
+pub fn write_to(options: &Options, path: &Path, existing: Existing) -> Result<()> {
+    let text = text(options, path)?;
+    if check_target(path, &named(&mut options.clone()), existing)? == Need::Finished {
+        return Ok(());
+    }
     let mut pending = PendingFile::create(path, existing)?;
-    pending.write_all(write(&options).as_bytes()).map_err(|error| FileError::io(path, "write", error))?;
+    pending.write_all(text.as_bytes()).map_err(|error| FileError::io(path, "write", error))?;
     pending.commit()?;
     Ok(())
 }

@@ -8,10 +8,11 @@ mod worker;
 pub use compare::{Comparison, Reference, read_back};
 
 use crate::clip::Plate;
+use crate::locked::lock;
 use crate::screen::Texture;
 use eframe::{egui, egui_wgpu, wgpu};
 use pullfocus_core::{Camera, Report, Settings};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -138,11 +139,6 @@ struct Shared {
     ctx: egui::Context,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A thread that panicked has left whole values: each is assigned in one go.
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// What renders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
@@ -200,13 +196,24 @@ impl Engine {
             ctx: ctx.clone(),
         });
         let lost = Arc::clone(&shared);
-        render_state.device.set_device_lost_callback(move |reason, text| {
+        render_state.device.set_device_lost_callback(move |_, text| {
             // The program's own end is no loss.
-            if reason != wgpu::DeviceLostReason::Destroyed {
+            if !lock(&lost.inbox).quit {
                 lock(&lost.state).lost = Some(text);
                 lost.ctx.request_repaint();
             }
         });
+        // An error that nobody expects would end the program, and with it what the user made. A device that is gone is told
+        // of above; until then whatever is asked of it fails.
+        let fails = Arc::clone(&shared);
+        render_state.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            tracing::error!(%error, "the GPU refused something");
+            lock(&fails.state).fault = Some(match error {
+                wgpu::Error::OutOfMemory { .. } => "the GPU has no memory left; close other programs".into(),
+                _ => "the GPU refused to draw; the program's messages say why".into(),
+            });
+            fails.ctx.request_repaint();
+        }));
         let blur =
             worker::Worker::new(&shared, (&render_state.device, &render_state.queue), on_gpu, &info.name);
         let worker = std::thread::Builder::new().name("render".into()).spawn(move || blur.run())?;
@@ -234,7 +241,7 @@ impl Engine {
         inbox.serial += 1;
         self.shared.cancel.cancel();
         let mut state = lock(&self.shared.state);
-        *state = State { lost: state.lost.take(), count: state.count, ..State::default() };
+        *state = State { lost: state.lost.clone(), count: state.count, ..State::default() };
         self.shared.wake.notify_one();
     }
 

@@ -3,8 +3,9 @@
 use super::compare::{self, Comparison};
 use super::cpu::CpuBlur;
 use super::gpu::GpuBlur;
-use super::{Ask, Inbox, OnDevice, Probe, Shared, Shown, Take, lock};
+use super::{Ask, Inbox, OnDevice, Probe, Shared, Shown, Take};
 use crate::clip::Plate;
+use crate::locked::lock;
 use crate::screen::{self, Texture};
 use eframe::wgpu;
 use pullfocus_core::{Error, Report};

@@ -207,7 +207,7 @@ impl App {
         let end = (start + self.look.fps.round() as i64).min(last).max(first);
         for (frame, metres) in [(start, from), (end, to)] {
             let key = pullfocus_core::pull::Key { focus_distance_m: Some(metres), ..Default::default() };
-            let result = self.document.set_key(0, key, frame);
+            let result = self.document.set_key(self.front(), key, frame);
             self.tell(result);
         }
     }

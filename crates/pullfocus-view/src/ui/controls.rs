@@ -67,13 +67,13 @@ impl App {
 
     /// A quantity's diamond: whether it has keys.
     fn keyed(&mut self, ui: &mut Ui, quantity: Quantity, value: f64) {
-        let keyed = self.document.is_keyed(0, quantity);
+        let keyed = self.document.is_keyed(self.front(), quantity);
         let hint =
             if keyed { "Take this value's keys away." } else { "Let this value move: key it at this frame." };
         let response = ui.selectable_label(keyed, "key").on_hover_text(hint);
         if response.clicked() {
             let frame = self.frame_number();
-            let result = self.document.toggle_keyed(quantity, value, frame);
+            let result = self.document.toggle_keyed(self.front(), quantity, value, frame);
             self.tell(result);
         }
     }

@@ -116,13 +116,13 @@ impl App {
             Action::Last => self.go_to(i64::MAX),
             Action::KeyHere => {
                 if let Some(plate) = self.plate.clone() {
-                    let result = self.document.key_here(&plate, frame);
+                    let result = self.document.key_here(self.front(), &plate, frame);
                     self.tell(result);
                 }
             }
             Action::RemoveKey => {
                 if let Some(key) = self.selected_key.take() {
-                    self.document.remove_key(key);
+                    self.document.remove_key(self.front(), key);
                 }
             }
             Action::Wider => self.step_stop(-1),

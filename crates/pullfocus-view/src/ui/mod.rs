@@ -2,6 +2,7 @@
 
 mod canvas;
 mod controls;
+mod files;
 mod keyboard;
 mod status;
 mod timeline;
@@ -10,23 +11,22 @@ mod windows;
 pub use canvas::Place;
 
 use crate::clip::{Clip, Plate};
-use crate::document::{self, Document, Quantity};
+use crate::document::{Document, Quantity};
 use crate::engine::read_back;
 use crate::engine::{Ask, Choice, Engine, Reference, Take};
 use crate::export::{Export, Order};
-use crate::loader::Loader;
+use crate::loader::{Loader, Request};
 use crate::look::{Look, View};
 use crate::screen::Display;
 use crate::session::Session;
-use crate::{opening, ui};
+use crate::ui;
 use eframe::egui::util::undoer::Undoer;
 use eframe::{egui, egui_wgpu};
 use pullfocus_core::{Cancel, Picture, Settings};
-use pullfocus_io::output::Existing;
-use pullfocus_job::config::{self, Options};
-use std::path::{Path, PathBuf};
+use pullfocus_job::config::Options;
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// How the program is started.
@@ -72,10 +72,12 @@ pub struct App {
     dragging_wipe: bool,
     selected_key: Option<f64>,
     playing: Option<(Instant, i64)>,
-    saved: Option<(PathBuf, Document)>,
+    saved: Option<files::ShotFile>,
     message: Option<(String, Instant)>,
     windows: windows::Windows,
     export: Option<Export>,
+    /// Whether there is no device any more.
+    ends: bool,
     kept: Instant,
     /// When it began, until the first picture is there.
     began: Option<Instant>,
@@ -145,6 +147,7 @@ impl App {
             message: None,
             windows: windows::Windows::default(),
             export: None,
+            ends: false,
             kept: Instant::now(),
             began: Some(Instant::now()),
             session,
@@ -161,80 +164,11 @@ impl App {
         match start.path {
             Some(path) => app.open_path(&path),
             None if app.base.files.input.is_some() || app.base.files.behind.is_some() => {
-                app.loader.open(app.base.clone());
+                app.loader.open(Request { path: None, options: app.base.clone(), frame: 0 });
             }
             None => app.open_last(),
         }
         Ok(app)
-    }
-
-    /// Opens what was open when the program ended.
-    fn open_last(&mut self) {
-        let Some(options) = self.session.shot.as_deref().and_then(|text| config::parse(text).ok()) else {
-            return;
-        };
-        self.frame = self.session.frame;
-        self.loader.open(options);
-    }
-
-    /// Opens a picture, a folder, a pattern or a shot.
-    pub fn open_path(&mut self, path: &Path) {
-        match opening::options(path, &self.base) {
-            Ok(options) => {
-                self.frame = 0;
-                self.saved = None;
-                if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-                    self.saved = Some((path.to_owned(), Document::new(options.clone())));
-                }
-                self.session.opened(path);
-                self.loader.open(options);
-            }
-            Err(failure) => self.say(failure.to_string()),
-        }
-    }
-
-    /// Opens a picture to compare with.
-    pub fn open_reference(&mut self, path: &Path) {
-        let (sender, receiver) = mpsc::channel();
-        let ((device, queue), path, ctx) = (self.device.clone(), path.to_owned(), self.ctx.clone());
-        let read = move || {
-            // Nobody waits any more where this fails.
-            let _ = sender.send(Reference::read(&device, &queue, &path));
-            ctx.request_repaint();
-        };
-        match std::thread::Builder::new().name("reference".into()).spawn(read) {
-            Ok(_) => self.coming = Some(receiver),
-            Err(error) => self.say(format!("a thread could not be started: {error}")),
-        }
-    }
-
-    /// Takes a reference that was read.
-    fn take_reference(&mut self) {
-        match self.coming.as_ref().map(Receiver::try_recv) {
-            None | Some(Err(TryRecvError::Empty)) => return,
-            Some(Ok(Ok(reference))) => {
-                self.reference = Some(Arc::new(reference));
-                self.look.left = View::Difference;
-            }
-            Some(Ok(Err(sentence))) => self.say(sentence),
-            Some(Err(TryRecvError::Disconnected)) => self.say("the reference could not be read"),
-        }
-        self.coming = None;
-    }
-
-    /// Saves the shot.
-    pub fn save(&mut self, path: &Path) {
-        match config::write_to(self.document.shot(), path, Existing::Replace) {
-            Ok(()) => {
-                self.say(format!(
-                    "Saved. `pullfocus render --shot {}` renders these pixels.",
-                    crate::clip::file_name(path)
-                ));
-                self.saved = Some((path.to_owned(), self.document.clone()));
-                self.session.opened(path);
-            }
-            Err(failure) => self.say(failure.to_string()),
-        }
     }
 
     /// A sentence for the user, at the bottom of the window.
@@ -285,6 +219,11 @@ impl App {
             && self.coming.is_none()
             && self.export.as_ref().is_none_or(Export::is_done)
             && (self.reference.is_none() || !self.look.shows(View::Difference) || state.comparison.is_some())
+    }
+
+    /// The device that draws the window.
+    pub fn device(&self) -> &eframe::wgpu::Device {
+        &self.device.0
     }
 
     /// How many pictures were rendered so far.
@@ -346,34 +285,15 @@ impl App {
 
     /// Takes what was read, and asks for what is missing.
     fn take_in(&mut self, ctx: &egui::Context) {
-        let (opened, clip, fault) = {
+        let (opened, fault) = {
             let mut shelf = self.loader.shelf();
-            (shelf.opened.take(), shelf.clip.clone(), shelf.fault.take())
+            (shelf.opened.take(), shelf.fault.take())
         };
         if let Some(sentence) = fault {
             self.say(sentence);
         }
-        if let Some(options) = opened {
-            self.engine.clear();
-            let plate = self.loader.shelf().plate(0);
-            let mut options = options;
-            if let Some(plate) = &plate {
-                document::keep_assumed(&mut options.lens, &plate.found);
-            }
-            self.document = Document::new(options);
-            self.undo = Undoer::default();
-            self.clip.clone_from(&clip);
-            self.plate = None;
-            (self.selected_key, self.playing) = (None, None);
-            self.look.zoom = None;
-            let frame = self.frame;
-            self.go_to(frame);
-            let title = clip.as_ref().map_or_else(String::new, |clip| format!("{} – ", clip.name));
-            ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title}pullfocus")));
-            let warnings = plate.map(|plate| plate.warnings.clone()).unwrap_or_default();
-            if let Some(warning) = warnings.into_iter().next() {
-                self.say(warning);
-            }
+        if let Some(request) = opened {
+            self.take_opened(request, ctx);
         }
         let Some(clip) = &self.clip else { return };
         let index = clip.nearest(self.frame as f64);
@@ -435,39 +355,6 @@ impl App {
             self.document = document.clone();
         }
     }
-
-    /// Remembers what a restart brings back.
-    fn keep_session(&mut self) {
-        self.kept = Instant::now();
-        let Some(path) = self.session_path.clone() else { return };
-        let mut session = Session {
-            look: self.look.clone(),
-            frame: self.frame_number(),
-            shot_path: self.saved.as_ref().map(|(path, _)| path.clone()),
-            ..self.session.clone()
-        };
-        if self.clip.is_some() {
-            session.shot = Some(config::write(&absolute(self.document.shot())));
-        }
-        if session != self.session {
-            match session.write(&path) {
-                Ok(()) => self.session = session,
-                Err(sentence) => tracing::warn!("{sentence}"),
-            }
-        }
-    }
-}
-
-/// The options with files that are found from any folder.
-fn absolute(options: &Options) -> Options {
-    let mut options = options.clone();
-    let files = &mut options.files;
-    let one = |path: &mut PathBuf| *path = std::path::absolute(&*path).unwrap_or_else(|_| path.clone());
-    files.input.iter_mut().flatten().for_each(one);
-    for path in [&mut files.depth_file, &mut files.foreground, &mut files.behind, &mut files.output] {
-        path.iter_mut().for_each(one);
-    }
-    options
 }
 
 impl eframe::App for App {
@@ -477,14 +364,17 @@ impl eframe::App for App {
         if let Some(path) = dropped {
             self.open_path(&path);
         }
-        let lost = self.engine.state().lost.take();
+        let lost = self.engine.state().lost.clone();
         if let Some(reason) = lost {
             // Nothing can be drawn any more; the session brings everything back.
-            self.keep_session();
-            tracing::error!(
-                "the GPU was lost ({reason}); start `pullfocus view` again, the session comes back"
-            );
+            if !std::mem::replace(&mut self.ends, true) {
+                self.keep_session();
+                tracing::error!(
+                    "the GPU was lost ({reason}); start `pullfocus view` again, the session comes back"
+                );
+            }
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            return;
         }
         if let Some(began) = self.began.filter(|_| self.rendered() > 0) {
             tracing::info!(seconds = began.elapsed().as_secs_f64(), "first picture");

@@ -102,14 +102,7 @@ impl App {
                 ui.label(egui::RichText::new(text.clone()).strong()).on_hover_text(text);
                 return;
             }
-            if let Some((total, stages)) = stages {
-                ui.label(total).on_hover_text("How long the last picture took.");
-                ui.separator();
-                ui.label(stages).on_hover_text("Each stage, in milliseconds.");
-            }
-            if busy {
-                ui.spinner();
-            }
+            // The right end first: what is left is the stages', shortened where it is not enough.
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let text =
                     if note.is_some() { "CPU (this time)".into() } else { self.engine.device_text.clone() };
@@ -118,6 +111,19 @@ impl App {
                 });
                 ui.label(text)
                     .on_hover_text(format!("{hint} The window is drawn by {}.", self.engine.window_device));
+                ui.separator();
+                // Its place is kept, so that nothing moves when it comes and goes.
+                let (place, _) = ui.allocate_exact_size(Vec2::splat(14.0), Sense::hover());
+                if busy {
+                    egui::Spinner::new().paint_at(ui, place);
+                }
+                let Some((total, stages)) = stages else { return };
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    ui.label(total).on_hover_text("How long the last picture took.");
+                    ui.separator();
+                    let hint = format!("Each stage, in milliseconds: {stages}");
+                    ui.add(egui::Label::new(stages).truncate()).on_hover_text(hint);
+                });
             });
         });
     }

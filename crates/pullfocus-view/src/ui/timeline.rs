@@ -1,14 +1,79 @@
-//! The shot in time: frames, keys, the focus as a curve.
+//! The shot in time: frames, keys, the lens as curves. Keys are those of the take in front.
 
 use super::App;
 use super::keyboard::Action;
 use crate::document::{Quantity, of};
+use crate::loader::Request;
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 use pullfocus_core::focus::distance;
-use pullfocus_core::pull::Easing;
+use pullfocus_core::pull::{Easing, Pull};
 
 /// Height of the strip.
 const HEIGHT: f32 = 64.0;
+
+/// How a quantity that has keys is drawn.
+struct Curve {
+    quantity: Quantity,
+    /// Of the keys, as [`Curve::measure`] has it.
+    low: f64,
+    high: f64,
+}
+
+impl Curve {
+    /// None where no key says anything of the quantity.
+    fn of(keys: &Pull, quantity: Quantity) -> Option<Self> {
+        let values: Vec<f64> =
+            keys.keys().iter().filter_map(|key| Some(Self::measure(quantity, of(key, quantity)?))).collect();
+        let low = values.iter().copied().reduce(f64::min)?;
+        let high = values.iter().copied().reduce(f64::max)?;
+        // Infinity is where a curve of the focus stands.
+        let low = if quantity == Quantity::FocusDistance { 0.0 } else { low };
+        Some(Self { quantity, low, high })
+    }
+
+    /// What moves evenly: dioptres, and stops.
+    fn measure(quantity: Quantity, value: f64) -> f64 {
+        match quantity {
+            Quantity::FocusDistance => 1.0 / value,
+            Quantity::FStop | Quantity::FocalLength => value.log2(),
+        }
+    }
+
+    /// Where a value is, 0 to 1: near, narrow and long are up.
+    fn height(&self, value: f64) -> f32 {
+        let span = self.high - self.low;
+        if span <= 0.0 {
+            return 0.5;
+        }
+        ((Self::measure(self.quantity, value) - self.low) / span).clamp(0.0, 1.0) as f32
+    }
+
+    /// Its value at a frame.
+    fn at(&self, keys: &Pull, frame: f64) -> Option<f64> {
+        let moment = keys.at(frame);
+        match self.quantity {
+            Quantity::FocusDistance => moment.focus_distance_m,
+            Quantity::FStop => moment.f_stop,
+            Quantity::FocalLength => moment.focal_length_mm,
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        match self.quantity {
+            Quantity::FocusDistance => "focus",
+            Quantity::FStop => "f-stop",
+            Quantity::FocalLength => "focal length",
+        }
+    }
+
+    fn color(&self) -> Color32 {
+        match self.quantity {
+            Quantity::FocusDistance => Color32::from_rgb(60, 165, 85),
+            Quantity::FStop => Color32::from_rgb(220, 130, 40),
+            Quantity::FocalLength => Color32::from_rgb(165, 110, 225),
+        }
+    }
+}
 
 impl App {
     pub(super) fn timeline(&mut self, ui: &mut Ui) {
@@ -63,12 +128,13 @@ impl App {
         let frames = (seconds * self.look.fps).round().max(2.0) as i64;
         let mut options = self.document.shot().clone();
         options.files.frames = Some(pullfocus_job::values::Label(format!("1-{frames}")));
-        self.loader.open(options);
+        self.loader.open(Request { path: None, options, frame: 1 });
     }
 
     fn key_controls(&mut self, ui: &mut Ui) {
         let chosen = self.selected_key.and_then(|frame| {
-            self.document.shot().keys.keys().iter().find(|key| key.frame == frame).copied()
+            let keys = &self.document.takes[self.front()].keys;
+            keys.keys().iter().find(|key| key.frame == frame).copied()
         });
         let Some(key) = chosen else {
             self.selected_key = None;
@@ -76,8 +142,13 @@ impl App {
             return;
         };
         let units = self.look.units();
-        let focus = key.focus_distance_m.map_or(String::new(), |metres| distance::format(metres, units));
-        ui.label(format!("Key at {}: {focus}", key.frame));
+        let values = [
+            key.focus_distance_m.map(|metres| distance::format(metres, units)),
+            key.f_stop.map(|f_stop| format!("f/{f_stop:.1}")),
+            key.focal_length_mm.map(|focal| format!("{focal:.0} mm")),
+        ];
+        let values: Vec<String> = values.into_iter().flatten().collect();
+        ui.label(format!("Key at {}: {}", key.frame, values.join(", ")));
         let mut easing = key.easing;
         egui::ComboBox::from_id_salt("easing")
             .selected_text(format!("{easing:?}"))
@@ -96,10 +167,10 @@ impl App {
             .response
             .on_hover_text("How the lens goes on from this key to the next one.");
         if easing != key.easing {
-            self.document.set_easing(key.frame, easing);
+            self.document.set_easing(self.front(), key.frame, easing);
         }
         if ui.button("Remove").on_hover_text("Remove this key (Delete).").clicked() {
-            self.document.remove_key(key.frame);
+            self.document.remove_key(self.front(), key.frame);
             self.selected_key = None;
         }
     }
@@ -135,34 +206,35 @@ impl App {
                 );
             }
         }
-        // The focus, in dioptres: near is up.
-        let keys = self.document.shot().keys.clone();
-        let most = keys
-            .keys()
-            .iter()
-            .filter_map(|key| of(key, Quantity::FocusDistance))
-            .fold(0.0, |most: f64, z| most.max(1.0 / z));
-        let height = |dioptres: f64| {
-            inner.bottom()
-                - 8.0
-                - (dioptres / most.max(1e-9)).clamp(0.0, 1.0) as f32 * (inner.height() - 16.0)
-        };
-        if keys.keys().iter().any(|key| key.focus_distance_m.is_some()) {
+        let keys = self.document.takes[self.front()].keys.clone();
+        let curves: Vec<Curve> =
+            Quantity::ALL.iter().filter_map(|&quantity| Curve::of(&keys, quantity)).collect();
+        let y = |part: f32| inner.bottom() - 8.0 - part * (inner.height() - 16.0);
+        let mut legend = inner.left_top();
+        for curve in &curves {
             let points: Vec<Pos2> = (0..=200)
                 .filter_map(|i| {
                     let frame = first as f64 + f64::from(i) / 200.0 * f64::from(span);
-                    Some(Pos2::new(x(frame), height(1.0 / keys.at(frame).focus_distance_m?)))
+                    Some(Pos2::new(x(frame), y(curve.height(curve.at(&keys, frame)?))))
                 })
                 .collect();
-            painter.line(points, Stroke::new(1.5, Color32::from_rgb(90, 190, 110)));
+            painter.line(points, Stroke::new(1.5, curve.color()));
+            let font = egui::FontId::proportional(10.0);
+            legend.x +=
+                painter.text(legend, egui::Align2::LEFT_TOP, curve.name(), font, curve.color()).width() + 8.0;
         }
         let now = x(self.frame_number() as f64);
         painter.vline(now, rect.y_range(), Stroke::new(2.0, ui.visuals().selection.bg_fill));
         // Keys, to be chosen and moved.
         let mut over_key = false;
         for key in keys.keys() {
-            let dioptres = key.focus_distance_m.map_or(0.5 * most, |z| 1.0 / z);
-            let center = Pos2::new(x(key.frame), height(dioptres));
+            let heights: Vec<f32> =
+                curves.iter().filter_map(|curve| Some(curve.height(of(key, curve.quantity)?))).collect();
+            for &height in heights.iter().skip(1) {
+                let center = Pos2::new(x(key.frame), y(height));
+                painter.circle_filled(center, 2.5, ui.visuals().strong_text_color());
+            }
+            let center = Pos2::new(x(key.frame), y(heights.first().copied().unwrap_or(0.5)));
             let area = Rect::from_center_size(center, Vec2::splat(16.0));
             let id = ui.scope_id().with(("key", key.frame.to_bits()));
             let response = ui.interact(area, id, Sense::click_and_drag());
@@ -186,7 +258,7 @@ impl App {
                 && let Some(pointer) = response.interact_pointer_pos()
             {
                 let to = frame_at(pointer.x).round().clamp(first as f64, last as f64);
-                self.document.move_key(key.frame, to);
+                self.document.move_key(self.front(), key.frame, to);
                 self.selected_key = Some(to);
             }
         }

@@ -2,7 +2,7 @@
 
 use super::App;
 use super::keyboard::SHORTCUTS;
-use crate::export::{Export, Order, What};
+use crate::export::{ENCODER, Export, Order, What};
 use crate::opening::{self, Entry};
 use eframe::egui::{self, Window};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,8 @@ struct Browser {
     folders: Vec<PathBuf>,
     entries: Vec<Entry>,
     fault: Option<String>,
+    /// A file that is there already, and may be replaced if the user says so.
+    there: Option<PathBuf>,
     /// Whether it was not on the screen yet.
     is_new: bool,
 }
@@ -37,6 +39,7 @@ impl Browser {
             folders: vec![],
             entries: vec![],
             fault: None,
+            there: None,
             is_new: true,
         };
         browser.go(folder);
@@ -89,15 +92,21 @@ impl App {
     }
 
     pub(super) fn save_or_ask(&mut self) {
-        match self.saved.clone() {
-            Some((path, _)) => self.save(&path),
+        match self.saved.as_ref().map(|saved| saved.path.clone()) {
+            Some(path) if self.may_save(&path) => self.save(&path, false),
+            Some(path) => {
+                self.save_window();
+                if let Some(browser) = &mut self.windows.browser {
+                    browser.there = Some(path);
+                }
+            }
             None => self.save_window(),
         }
     }
 
     pub(super) fn save_window(&mut self) {
         let folder = self.folder();
-        let name = self.saved.as_ref().map_or_else(|| folder.join("pull.toml"), |(path, _)| path.clone());
+        let name = self.saved.as_ref().map_or_else(|| folder.join("pull.toml"), |saved| saved.path.clone());
         self.windows.browser = Some(Browser::new(For::Save, folder, name.display().to_string()));
     }
 
@@ -138,7 +147,7 @@ impl App {
             For::Reference => ("Choose a reference", "Compare"),
             For::Save => ("Save the shot", "Save"),
         };
-        let (mut open, mut chosen, mut folder) = (true, None, None);
+        let (mut open, mut chosen, mut folder, mut replace) = (true, None, None, false);
         Window::new(title).open(&mut open).collapsible(false).default_size([560.0, 420.0]).show(ctx, |ui| {
             ui.horizontal(|ui| {
                 let label = ui.label("File");
@@ -158,6 +167,25 @@ impl App {
                 }
             });
             ui.label(browser.folder.display().to_string());
+            // Another name is another file.
+            browser.there =
+                browser.there.take().filter(|there| *there == browser.folder.join(browser.path.trim()));
+            if let Some(there) = &browser.there {
+                ui.horizontal(|ui| {
+                    let name = crate::clip::file_name(there);
+                    let text = match &self.saved {
+                        Some(saved) if saved.path == *there => {
+                            format!("{name} holds what was not saved here; saving would lose that.")
+                        }
+                        _ => format!("{name} is there already."),
+                    };
+                    ui.label(egui::RichText::new(text).strong());
+                    let hint = "Write this shot in its place; what it holds now is lost.";
+                    if ui.button("Replace it").on_hover_text(hint).clicked() {
+                        (chosen, replace) = (Some(there.clone()), true);
+                    }
+                });
+            }
             if let Some(fault) = &browser.fault {
                 ui.label(egui::RichText::new(fault).strong());
             }
@@ -194,7 +222,11 @@ impl App {
             Some(path) => match browser.purpose {
                 For::Open => self.open_path(&path),
                 For::Reference => self.open_reference(&path),
-                For::Save => self.save(&path),
+                For::Save if replace || self.may_save(&path) => self.save(&path, replace),
+                For::Save => {
+                    browser.there = Some(path);
+                    self.windows.browser = Some(browser);
+                }
             },
             None if open => self.windows.browser = Some(browser),
             None => {}
@@ -218,6 +250,11 @@ impl App {
                     "With this exposure and display transform, as PNG files.",
                 ),
                 (
+                    What::Camera,
+                    "The camera, for other programs",
+                    "Focus, f-stop, focal length and what is in focus, frame by frame: a table or a USD layer.",
+                ),
+                (
                     What::Movie,
                     "What is seen, as a movie",
                     "To send round. It is made by ffmpeg, if that is installed.",
@@ -231,6 +268,7 @@ impl App {
                     What::Shot => "out/shot.####.exr",
                     What::Pictures => "out/seen.####.png",
                     What::Movie => "seen.mp4",
+                    What::Camera => "camera.usda, camera.csv",
                 };
                 let field =
                     egui::TextEdit::singleline(&mut draft.output).desired_width(320.0).hint_text(hint);
@@ -272,6 +310,8 @@ impl App {
                 transform: self.look.transform,
                 gain: self.look.exposure.exp2(),
                 fps: self.look.fps,
+                sharp_px: self.look.sharp_px,
+                encoder: ENCODER.into(),
             });
             self.tell(result);
         }

@@ -2,30 +2,25 @@
 
 use crate::window::*;
 use eframe::egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
 use pullfocus_core::Cancel;
 use pullfocus_job::config::Options;
 use pullfocus_job::job::Job;
 use pullfocus_job::purpose::Purpose;
 use pullfocus_job::{config, load};
 use pullfocus_view::engine::Choice;
-use pullfocus_view::export::{Order, What};
+use pullfocus_view::export::What;
 use pullfocus_view::ui::Start;
 
 pub const TESTS: &[(&str, fn())] = &[
     ("a_bad_file_leaves_what_is_open", a_bad_file_leaves_what_is_open),
+    ("a_file_is_replaced_only_when_asked", a_file_is_replaced_only_when_asked),
+    ("a_camera_goes_to_other_programs", a_camera_goes_to_other_programs),
     ("a_saved_shot_renders_to_the_same_pixels", a_saved_shot_renders_to_the_same_pixels),
     ("the_last_session_comes_back", the_last_session_comes_back),
     ("a_run_that_is_stopped_leaves_nothing_by_half", a_run_that_is_stopped_leaves_nothing_by_half),
     ("a_shot_plays", a_shot_plays),
 ];
-
-fn sequence(frames: usize) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for frame in 1..=frames {
-        write_frame(&folder.path().join(format!("f.{frame:04}.exr")));
-    }
-    folder
-}
 
 fn a_bad_file_leaves_what_is_open() {
     let folder = sequence(1);
@@ -57,7 +52,7 @@ fn a_saved_shot_renders_to_the_same_pixels() {
     window.key_press(Key::OpenBracket);
     settle(&mut window);
     let shot = folder.path().join("pull.toml");
-    window.state_mut().save(&shot);
+    window.state_mut().save(&shot, false);
     assert!(window.state().message().unwrap().starts_with("Saved"), "{:?}", window.state().message());
 
     // The shot and its frames may be moved together.
@@ -89,6 +84,76 @@ fn a_saved_shot_renders_to_the_same_pixels() {
     assert_eq!(window.state().document().shot().lens, document.shot().lens);
 }
 
+fn a_file_is_replaced_only_when_asked() {
+    let folder = sequence(1);
+    let shot = folder.path().join("pull.toml");
+    std::fs::write(&shot, "mine").unwrap();
+    let mut window = open(&folder.path().join("f.0001.exr"), Choice::Cpu, None);
+    window.state_mut().save(&shot, false);
+    assert!(window.state().message().unwrap().contains("pull.toml"));
+    let asks = |window: &Window, text: &str| window.query_by_label_contains(text).is_some();
+    let save = |window: &mut Window, key: Modifiers| {
+        window.key_press_modifiers(Modifiers::COMMAND | key, Key::S);
+        settle(window);
+    };
+    // The name that the window offers is there already.
+    save(&mut window, Modifiers::NONE);
+    window.get_by_label("Save").click();
+    settle(&mut window);
+    assert!(asks(&window, "is there already"));
+    assert_eq!(std::fs::read_to_string(&shot).unwrap(), "mine");
+    window.get_by_label("Replace it").click();
+    settle(&mut window);
+    assert!(!asks(&window, "is there already"));
+    let mut saved = std::fs::read_to_string(&shot).unwrap();
+    assert!(saved.contains("f.0001.exr"), "{saved}");
+    // From now on it is the shot's own.
+    click(&mut window, FAR);
+    save(&mut window, Modifiers::NONE);
+    assert_ne!(std::fs::read_to_string(&shot).unwrap(), saved);
+    // Until another hand writes into it.
+    saved = std::fs::read_to_string(&shot).unwrap() + "# the director liked this\n";
+    std::fs::write(&shot, &saved).unwrap();
+    click(&mut window, NEAR);
+    save(&mut window, Modifiers::NONE);
+    assert!(asks(&window, "what was not saved here"));
+    assert_eq!(std::fs::read_to_string(&shot).unwrap(), saved);
+    // Opened, it still has that comment.
+    window.state_mut().open_path(&shot);
+    settle(&mut window);
+    assert_eq!(focus(&window), DEPTHS[2]);
+    assert!(window.query_by_label("Replace it").is_some());
+    window.get_by_label("Save").click();
+    settle(&mut window);
+    assert_eq!(std::fs::read_to_string(&shot).unwrap(), saved);
+}
+
+fn a_camera_goes_to_other_programs() {
+    let folder = sequence(3);
+    let mut window = open(folder.path(), Choice::Cpu, None);
+    drag(&mut window, NEAR, FAR, Modifiers::SHIFT);
+    for (name, word) in [("c.csv", "focus_distance_m"), ("c.usda", "focusDistance.timeSamples")] {
+        let output = folder.path().join(name);
+        for ends_well in [true, false] {
+            window.state_mut().start_export(order(What::Camera, output.clone())).unwrap();
+            settle(&mut window);
+            let end = window.state().export().unwrap().progress().end.unwrap();
+            // The second time the file is there already.
+            assert_eq!(end.is_ok(), ends_well, "{end:?}");
+        }
+        assert!(std::fs::read_to_string(output).unwrap().contains(word));
+    }
+    let table = std::fs::read_to_string(folder.path().join("c.csv")).unwrap();
+    let second: Vec<&str> = table.lines().nth(2).unwrap().split(',').collect();
+    assert_eq!(second[0], "2");
+    assert!((second[1].parse::<f64>().unwrap() / focus_at_two() - 1.0).abs() < 1e-9, "{table}");
+}
+
+/// Half way in dioptres.
+fn focus_at_two() -> f64 {
+    2.0 / (1.0 / DEPTHS[0] + 1.0 / DEPTHS[2])
+}
+
 fn the_last_session_comes_back() {
     let folder = sequence(2);
     let session = folder.path().join("config/view.toml");
@@ -117,14 +182,7 @@ fn a_run_that_is_stopped_leaves_nothing_by_half() {
     let out = folder.path().join("out");
     std::fs::create_dir(&out).unwrap();
     let mut window = open(folder.path(), Choice::Cpu, None);
-    let order = |what, name: &str| Order {
-        what,
-        output: out.join(name),
-        overwrite: false,
-        transform: Default::default(),
-        gain: 1.0,
-        fps: 24.0,
-    };
+    let order = |what, name: &str| order(what, out.join(name));
     window.state_mut().start_export(order(What::Shot, "s.####.exr")).unwrap();
     while window.state().export().unwrap().progress().done == 0 && !window.state().export().unwrap().is_done()
     {

@@ -2,12 +2,17 @@
 //!
 //! With `PULLFOCUS_TEST_GPU=required` no adapter is a failure.
 
+mod ends;
 mod files;
 mod flows;
 mod pictures;
 mod window;
 
 use libtest_mimic::{Arguments, Trial};
+use std::sync::{PoisonError, RwLock};
+
+/// What measures the process's memory runs while nothing else does.
+static COMPANY: RwLock<()> = RwLock::new(());
 
 fn main() {
     let arguments = Arguments::from_args();
@@ -16,10 +21,13 @@ fn main() {
         eprintln!("PULLFOCUS_TEST_GPU=required, and there is no adapter");
         std::process::exit(101);
     }
-    let tests = flows::TESTS.iter().chain(pictures::TESTS).chain(files::TESTS);
+    let tests = flows::TESTS.iter().chain(pictures::TESTS).chain(files::TESTS).chain(ends::TESTS);
     let trials = tests
         .map(|&(name, test)| {
             let run = move || {
+                let alone = name.starts_with("memory");
+                let _company = (!alone).then(|| COMPANY.read().unwrap_or_else(PoisonError::into_inner));
+                let _solitude = alone.then(|| COMPANY.write().unwrap_or_else(PoisonError::into_inner));
                 test();
                 Ok(())
             };

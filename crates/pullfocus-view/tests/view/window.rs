@@ -6,11 +6,12 @@ use pullfocus_core::{Cancel, Frame, Plane, Size};
 use pullfocus_io::{SampleType, write_exr};
 use pullfocus_job::config::Options;
 use pullfocus_view::engine::Choice;
+use pullfocus_view::export::{ENCODER, Order, What};
 use pullfocus_view::ui::{App, Start};
 use pullfocus_view::window::setup;
 use std::fs::File;
 use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 pub type Window = Harness<'static, App>;
@@ -33,6 +34,29 @@ pub fn write_frame(path: &Path) {
     let planes: Vec<_> = planes.iter().map(|(name, plane)| (*name, plane, SampleType::Float)).collect();
     let mut file = BufWriter::new(File::create(path).unwrap());
     write_exr(&mut file, &Frame::full(SIZE), &planes, &[]).unwrap();
+}
+
+/// Frames in a folder, from 1 on.
+pub fn sequence(frames: usize) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for frame in 1..=frames {
+        write_frame(&folder.path().join(format!("f.{frame:04}.exr")));
+    }
+    folder
+}
+
+/// What is to be written, as the window asks for it.
+pub fn order(what: What, output: PathBuf) -> Order {
+    Order {
+        what,
+        output,
+        overwrite: false,
+        transform: Default::default(),
+        gain: 1.0,
+        fps: 24.0,
+        sharp_px: 2.0,
+        encoder: ENCODER.into(),
+    }
 }
 
 /// A window on a path.
