@@ -26,11 +26,17 @@ struct Resident {
 }
 
 impl Resident {
-    fn new(device: &wgpu::Device, queue: &wgpu::Queue, element: &Element) -> Result<Self> {
+    /// In the textures of `old` where these fit.
+    fn new(
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        element: &Element,
+        old: Option<Self>,
+    ) -> Result<Self> {
+        let (color, depth) = old.map_or((None, None), |old| (Some(old.color), Some(old.depth)));
         Ok(Self {
-            color: screen::full_precision(device, queue, &element.picture)?,
+            color: screen::full_precision(device, queue, &element.picture, color)?,
             alpha: element.picture.alpha.is_some(),
-            depth: screen::distances(device, queue, element.distance.plane())?,
+            depth: screen::distances(device, queue, element.distance.plane(), depth)?,
             decoding: match &element.distance {
                 Distance::Depth { decoding, .. } => Some(*decoding),
                 Distance::Coc(_) => None,
@@ -108,10 +114,12 @@ impl GpuBlur {
         if self.resident.as_ref().is_some_and(|(known, ..)| Arc::ptr_eq(known, plate)) {
             return Ok(());
         }
-        self.resident = None;
-        let resident = |element| Resident::new(self.context.device(), self.context.queue(), element);
-        let base = resident(&plate.scene.base)?;
-        let near = plate.scene.foreground.as_ref().map(resident).transpose()?;
+        let (old_base, old_near) =
+            self.resident.take().map_or((None, None), |(_, base, near)| (Some(base), near));
+        let device = (self.context.device(), self.context.queue());
+        let base = Resident::new(device, &plate.scene.base, old_base)?;
+        let near = plate.scene.foreground.as_ref();
+        let near = near.map(|near| Resident::new(device, near, old_near)).transpose()?;
         self.resident = Some((Arc::clone(plate), base, near));
         Ok(())
     }

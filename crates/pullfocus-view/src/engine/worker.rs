@@ -127,7 +127,7 @@ impl Worker {
         let frame = OnDevice {
             plate: Arc::clone(plate),
             pinhole: screen::from_picture(device, queue, &plate.scene.base.picture)?,
-            distances: screen::distances(device, queue, &plate.depth)?,
+            distances: screen::distances(device, queue, &plate.depth, None)?,
         };
         lock(&self.shared.state).frame = Some(Arc::new(frame));
         self.shared.ctx.request_repaint();

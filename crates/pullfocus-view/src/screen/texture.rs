@@ -53,6 +53,17 @@ impl Texture {
         Ok(Self { view: texture.create_view(&Default::default()), size, owners: Arc::default() })
     }
 
+    /// `old` where that is such a texture and nobody else has it, else a new one: frames that play need no memory made anew.
+    fn renewed(
+        old: Option<Self>,
+        device: &wgpu::Device,
+        size: Size,
+        format: wgpu::TextureFormat,
+    ) -> Result<Self> {
+        let fits = |old: &Self| old.size == size && old.is_free() && old.view.texture().format() == format;
+        old.filter(fits).map_or_else(|| Self::new(device, size, format, USAGE), Ok)
+    }
+
     /// Whether nobody else has it.
     pub fn is_free(&self) -> bool {
         Arc::strong_count(&self.owners) == 1
@@ -109,12 +120,17 @@ pub fn from_picture(device: &wgpu::Device, queue: &wgpu::Queue, picture: &Pictur
     Ok(texture)
 }
 
-/// A linear picture as it is, to compute with.
+/// A linear picture as it is, to compute with, in `old` if that fits.
 ///
 /// # Errors
 /// [`Error::DeviceLimit`].
-pub fn full_precision(device: &wgpu::Device, queue: &wgpu::Queue, picture: &Picture) -> Result<Texture> {
-    let texture = Texture::new(device, picture.size(), wgpu::TextureFormat::Rgba32Float, USAGE)?;
+pub fn full_precision(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    picture: &Picture,
+    old: Option<Texture>,
+) -> Result<Texture> {
+    let texture = Texture::renewed(old, device, picture.size(), wgpu::TextureFormat::Rgba32Float)?;
     texture.write(queue, bytemuck::cast_slice(&interleaved(picture, |value| value)));
     Ok(texture)
 }
@@ -134,12 +150,17 @@ pub fn from_srgb(device: &wgpu::Device, queue: &wgpu::Queue, planes: &[Plane; 3]
     Ok(texture)
 }
 
-/// Distances as they are.
+/// Distances as they are, in `old` if that fits.
 ///
 /// # Errors
 /// [`Error::DeviceLimit`].
-pub fn distances(device: &wgpu::Device, queue: &wgpu::Queue, plane: &Plane) -> Result<Texture> {
-    let texture = Texture::new(device, plane.size(), wgpu::TextureFormat::R32Float, USAGE)?;
+pub fn distances(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    plane: &Plane,
+    old: Option<Texture>,
+) -> Result<Texture> {
+    let texture = Texture::renewed(old, device, plane.size(), wgpu::TextureFormat::R32Float)?;
     texture.write(queue, bytemuck::cast_slice(plane.data()));
     Ok(texture)
 }

@@ -10,6 +10,7 @@ pub const TESTS: &[(&str, fn())] = &[
     ("exposure_doubles_light", exposure_doubles_light),
     ("a_reference_is_compared", a_reference_is_compared),
     ("a_layer_alone_is_less_than_all", a_layer_alone_is_less_than_all),
+    ("each_frame_is_its_own_on_the_gpu", each_frame_is_its_own_on_the_gpu),
 ];
 
 fn frame(device: Choice) -> (tempfile::TempDir, Window) {
@@ -107,4 +108,24 @@ fn a_layer_alone_is_less_than_all() {
         assert!((at(&all, FAR) - at(&alone, FAR)).abs() < 2e-3, "{device:?}");
         assert!(all != alone, "{device:?}");
     }
+}
+
+/// Frames follow one another in the same textures.
+fn each_frame_is_its_own_on_the_gpu() {
+    let folder = sequence(3);
+    write_bright_frame(&folder.path().join("f.0002.exr"), 4.0);
+    let mut window = open(folder.path(), Choice::Gpu, None);
+    let mut means = Vec::new();
+    for frame in [1, 2, 3] {
+        window.state_mut().go_to(frame);
+        settle(&mut window);
+        let picture = window.state().rendered_picture().unwrap();
+        let plane = picture.colors[0].data();
+        means.push(plane.iter().sum::<f32>() / plane.len() as f32);
+    }
+    // The blur keeps what there is but for the rounding of halves.
+    assert!(
+        (means[1] / means[0] - 4.0).abs() < 0.01 && (means[2] / means[0] - 1.0).abs() < 1e-3,
+        "{means:?}"
+    );
 }

@@ -27,8 +27,13 @@ pub const FAR: [f32; 2] = [160.0, 48.0];
 
 /// Writes a frame: three things side by side, near, in the middle and far, each a fine pattern.
 pub fn write_frame(path: &Path) {
+    write_bright_frame(path, 1.0);
+}
+
+/// The same, so many times as bright.
+pub fn write_bright_frame(path: &Path, brightness: f32) {
     let pattern = |x: usize, y: usize| if (x / 2 + y / 2).is_multiple_of(2) { 0.8 } else { 0.1 };
-    let plane = |factor: f32| Plane::from_fn(SIZE, |x, y| factor * pattern(x, y)).unwrap();
+    let plane = |factor: f32| Plane::from_fn(SIZE, |x, y| brightness * factor * pattern(x, y)).unwrap();
     let depth = Plane::from_fn(SIZE, |x, _| DEPTHS[3 * x / SIZE.width] as f32).unwrap();
     let planes = [("R", plane(1.0)), ("G", plane(0.9)), ("B", plane(0.7)), ("Z", depth)];
     let planes: Vec<_> = planes.iter().map(|(name, plane)| (*name, plane, SampleType::Float)).collect();
