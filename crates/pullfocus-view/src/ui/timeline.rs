@@ -26,8 +26,6 @@ impl Curve {
             keys.keys().iter().filter_map(|key| Some(Self::measure(quantity, of(key, quantity)?))).collect();
         let low = values.iter().copied().reduce(f64::min)?;
         let high = values.iter().copied().reduce(f64::max)?;
-        // Infinity is where a curve of the focus stands.
-        let low = if quantity == Quantity::FocusDistance { 0.0 } else { low };
         Some(Self { quantity, low, high })
     }
 
@@ -63,6 +61,14 @@ impl Curve {
             Quantity::FocusDistance => "focus",
             Quantity::FStop => "f-stop",
             Quantity::FocalLength => "focal length",
+        }
+    }
+
+    fn hint(&self) -> &'static str {
+        match self.quantity {
+            Quantity::FocusDistance => "Near is up.",
+            Quantity::FStop => "A small aperture is up.",
+            Quantity::FocalLength => "Long is up.",
         }
     }
 
@@ -116,11 +122,23 @@ impl App {
                     self.hold(2.0);
                 }
             }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                for curve in self.curves().iter().rev() {
+                    let text = egui::RichText::new(curve.name()).small().color(curve.color());
+                    ui.label(text).on_hover_text(curve.hint());
+                }
+            });
         });
         self.strip(ui, first, last);
         if let Some(action) = action {
             self.act(action);
         }
+    }
+
+    /// What has keys in the take in front.
+    fn curves(&self) -> Vec<Curve> {
+        let keys = &self.document.takes[self.front()].keys;
+        Quantity::ALL.iter().filter_map(|&quantity| Curve::of(keys, quantity)).collect()
     }
 
     /// Makes frames of one picture.
@@ -207,10 +225,8 @@ impl App {
             }
         }
         let keys = self.document.takes[self.front()].keys.clone();
-        let curves: Vec<Curve> =
-            Quantity::ALL.iter().filter_map(|&quantity| Curve::of(&keys, quantity)).collect();
+        let curves = self.curves();
         let y = |part: f32| inner.bottom() - 8.0 - part * (inner.height() - 16.0);
-        let mut legend = inner.left_top();
         for curve in &curves {
             let points: Vec<Pos2> = (0..=200)
                 .filter_map(|i| {
@@ -219,9 +235,6 @@ impl App {
                 })
                 .collect();
             painter.line(points, Stroke::new(1.5, curve.color()));
-            let font = egui::FontId::proportional(10.0);
-            legend.x +=
-                painter.text(legend, egui::Align2::LEFT_TOP, curve.name(), font, curve.color()).width() + 8.0;
         }
         let now = x(self.frame_number() as f64);
         painter.vline(now, rect.y_range(), Stroke::new(2.0, ui.visuals().selection.bg_fill));

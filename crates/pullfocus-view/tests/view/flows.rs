@@ -10,6 +10,7 @@ pub const TESTS: &[(&str, fn())] = &[
     ("a_click_focuses_there", a_click_focuses_there),
     ("a_click_focuses_there_on_the_gpu", a_click_focuses_there_on_the_gpu),
     ("a_drag_racks_and_with_shift_it_is_two_keys", a_drag_racks_and_with_shift_it_is_two_keys),
+    ("each_take_has_keys_of_its_own", each_take_has_keys_of_its_own),
     ("undo_and_redo", undo_and_redo),
     ("the_wheel_zooms_about_the_cursor", the_wheel_zooms_about_the_cursor),
     ("stops_go_in_thirds_by_key", stops_go_in_thirds_by_key),
@@ -54,10 +55,7 @@ fn clicks_focus(device: Choice) {
 }
 
 fn a_drag_racks_and_with_shift_it_is_two_keys() {
-    let folder = tempfile::tempdir().unwrap();
-    for frame in 1..=3 {
-        write_frame(&folder.path().join(format!("f.{frame:04}.exr")));
-    }
+    let folder = sequence(3);
     let mut window = open(folder.path(), Choice::Cpu, None);
     drag(&mut window, NEAR, FAR, Modifiers::NONE);
     assert_eq!(focus(&window), DEPTHS[2]);
@@ -74,6 +72,33 @@ fn a_drag_racks_and_with_shift_it_is_two_keys() {
     let expected = 2.0 / (1.0 / DEPTHS[0] + 1.0 / DEPTHS[2]);
     // Two inversions in f64.
     assert!((focus(&window) / expected - 1.0).abs() < 1e-9);
+}
+
+fn each_take_has_keys_of_its_own() {
+    let folder = sequence(3);
+    let mut window = open(folder.path(), Choice::Cpu, None);
+    window.key_press(Key::B);
+    settle(&mut window);
+    window.key_press(Key::K);
+    settle(&mut window);
+    let counts =
+        |window: &Window| window.state().document().takes.each_ref().map(|take| take.keys.keys().len());
+    assert_eq!(counts(&window), [0, 1]);
+    // The timeline shows what the take in front has.
+    assert!(window.query_by_label("Key at 1").is_some());
+    window.key_press(Key::B);
+    settle(&mut window);
+    assert!(window.query_by_label("Key at 1").is_none());
+    window.key_press(Key::End);
+    window.key_press(Key::K);
+    settle(&mut window);
+    assert_eq!(counts(&window), [1, 1]);
+    // Chosen and removed.
+    window.get_by_label("Key at 3").click();
+    settle(&mut window);
+    window.key_press(Key::Delete);
+    settle(&mut window);
+    assert_eq!(counts(&window), [0, 1]);
 }
 
 fn undo_and_redo() {
