@@ -8,7 +8,7 @@ use pullfocus_core::{Camera, Lens, Size};
 
 /// The near plane's distance in metres; there is no far plane.
 pub const NEAR: f32 = 0.06;
-/// A lens cannot focus within its focal length, and nothing nearer than [`NEAR`] is drawn.
+/// Below [`NEAR`]: a lens cannot focus within its focal length.
 const FOCAL_LENGTH_MM: f64 = 50.0;
 const SENSOR_WIDTH_MM: f64 = 36.0;
 /// What it looks at.

@@ -3,7 +3,8 @@
 //! near once more on its own, with OpenGL.
 //!
 //! - [`blur`] is what an engine has to do; read that.
-//! - [`draw`] is a small renderer, as an engine has one: colour, depth, and near objects in textures of their own.
+//! - [`Live`] is a small forward renderer, as an engine has one: colour, depth, and near objects in textures of their own; [`draw`] is
+//!   what it is made of.
 //! - [`camera`] is an orbit and a lens, [`scene`] reads glTF; the program's `main.rs` is the window.
 
 pub mod blur;
@@ -13,7 +14,11 @@ pub mod scene;
 
 use anyhow::{Context as _, Result};
 use camera::Shot;
+use draw::{begin, group, pipeline};
+use glam::Mat4;
 use pullfocus_core::{DepthDecoding, Size};
+use wgpu::util::{BufferInitDescriptor, DeviceExt as _};
+use wgpu::{BufferUsages, Color, LoadOp, TextureView};
 
 /// A scene on a device, for pictures of one size at a time.
 pub struct Live {
@@ -23,9 +28,15 @@ pub struct Live {
     pub scene: scene::Scene,
     queue: wgpu::Queue,
     size: Size,
-    renderer: draw::Renderer,
     targets: draw::Targets,
     blur: blur::DepthOfField,
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    view: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    surface: wgpu::RenderPipeline,
+    nearest: wgpu::RenderPipeline,
+    tone: wgpu::RenderPipeline,
 }
 
 impl Live {
@@ -36,39 +47,92 @@ impl Live {
     /// A device whose bindings are too small for the picture.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> Result<Self> {
         let scene = scene::Scene::from_glb(include_bytes!("../scene/chess.glb"))?;
-        let renderer = draw::Renderer::new(device, &scene);
-        let targets = draw::Targets::new(device, size);
-        let blur = blur::DepthOfField::new(device, queue, size)?;
-        Ok(Self { device: device.clone(), scene, queue: queue.clone(), size, renderer, targets, blur })
+        let buffer = |contents: &[u8], usage| {
+            device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
+        };
+        let looks: Vec<_> = scene.objects.iter().map(|object| object.look).collect();
+        let objects = buffer(bytemuck::cast_slice(&looks), BufferUsages::STORAGE);
+        let view = buffer(&[0; size_of::<[Mat4; 2]>()], BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let solid = device.create_shader_module(wgpu::include_wgsl!("scene.wgsl"));
+        let screen = device.create_shader_module(wgpu::include_wgsl!("screen.wgsl"));
+        let surface = pipeline(device, &solid, "surface", draw::COLOR, true);
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            size,
+            targets: draw::Targets::new(device, size),
+            blur: blur::DepthOfField::new(device, queue, size)?,
+            vertices: buffer(bytemuck::cast_slice(&scene.vertices), BufferUsages::VERTEX),
+            indices: buffer(bytemuck::cast_slice(&scene.indices), BufferUsages::INDEX),
+            scene,
+            group: group(device, &surface, [view.as_entire_binding(), objects.as_entire_binding()]),
+            view,
+            surface,
+            nearest: pipeline(device, &screen, "nearest", draw::DEPTH, false),
+            tone: pipeline(device, &screen, "tone", draw::SHOWN, false),
+        })
     }
 
     /// One frame: draws, blurs, tone maps; submits, and does not wait. `size` may be another one each time.
     ///
     /// # Errors
     /// A lost device, or bindings that are too small; a focus distance within the focal length.
-    pub fn frame(&mut self, shot: &Shot, size: Size) -> Result<&wgpu::TextureView> {
+    pub fn frame(&mut self, shot: &Shot, size: Size) -> Result<&TextureView> {
         if size != self.size {
             self.blur.resize(size)?;
             (self.targets, self.size) = (draw::Targets::new(&self.device, size), size);
         }
-        let Self { scene, renderer, targets, .. } = self;
         let (camera, view) = (shot.camera()?, shot.view());
-        renderer.set_view(&self.queue, shot.projection(size), view);
+        let projection = shot.projection(size) * view;
+        self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&[projection, view.inverse()]));
         let is_near = |object: &scene::Object| {
             let (centre, radius) = object.sphere;
             let back = radius - view.transform_point3(centre).z;
             shot.blur && shot.foreground && blur::is_foreground(&camera, size, back)
         };
-        let near: Vec<bool> = scene.objects.iter().map(is_near).collect();
+        let near: Vec<bool> = self.scene.objects.iter().map(is_near).collect();
 
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        renderer.draw(&mut encoder, targets, scene, &near);
+        let (targets, mut encoder) = (&self.targets, self.device.create_command_encoder(&Default::default()));
+        let dusk = Color { r: 0.30, g: 0.26, b: 0.30, a: 1.0 };
+        // Near objects go on with the others' depth, so that they are hidden where something is nearer still.
+        for (which, layer, sky, depth) in [
+            (false, &targets.base, dusk, LoadOp::Clear(0.0)),
+            (true, &targets.near, Color::TRANSPARENT, LoadOp::Load),
+        ] {
+            let color = (&targets.color_samples, Some(&layer.color), sky);
+            let mut pass = begin(&mut encoder, color, Some((&targets.depth_samples, depth)));
+            pass.set_pipeline(&self.surface);
+            pass.set_bind_group(0, &self.group, &[]);
+            pass.set_vertex_buffer(0, self.vertices.slice(..));
+            pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+            for (i, object) in (0..).zip(&self.scene.objects).filter(|(i, _)| near[*i as usize] == which) {
+                pass.draw_indexed(object.indices.clone(), 0, i..i + 1);
+            }
+            drop(pass);
+            self.screen(&mut encoder, &self.nearest, &targets.depth_samples, &layer.depth);
+        }
         if shot.blur {
             self.blur.record(&mut encoder, targets, (&camera, shot.look), near.contains(&true))?;
         }
-        renderer.tone_map(&mut encoder, targets, shot.blur);
+        let light = if shot.blur { &targets.output } else { &targets.base.color };
+        self.screen(&mut encoder, &self.tone, light, &targets.shown);
         self.queue.submit([encoder.finish()]);
-        Ok(&targets.shown)
+        Ok(&self.targets.shown)
+    }
+
+    /// One picture from another.
+    fn screen(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipeline: &wgpu::RenderPipeline,
+        from: &TextureView,
+        to: &TextureView,
+    ) {
+        let group = group(&self.device, pipeline, [wgpu::BindingResource::TextureView(from)]);
+        let mut pass = begin(encoder, (to, None, Color::BLACK), None);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
     }
 
     /// How far away, along the camera's axis, what the last frame shows at this pixel is; infinity where nothing is. Waits for the
@@ -95,7 +159,7 @@ impl Live {
     }
 
     /// A part of a texture of four bytes a texel.
-    fn read(&self, from: &wgpu::TextureView, (x, y): (u32, u32), extent: wgpu::Extent3d) -> Result<Vec<u8>> {
+    fn read(&self, from: &TextureView, (x, y): (u32, u32), extent: wgpu::Extent3d) -> Result<Vec<u8>> {
         let row = (4 * extent.width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
