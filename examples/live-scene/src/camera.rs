@@ -76,10 +76,7 @@ impl Shot {
         self.focus_m = if left.abs() < 1e-3 { to_m } else { 1.0 / (1.0 / to_m + left) };
     }
 
-    /// The lens, as pullfocus takes it.
-    ///
-    /// # Errors
-    /// A focus distance within the focal length.
+    /// The lens, as pullfocus takes it; an error if it is focused within its focal length.
     pub fn camera(&self) -> Result<Camera> {
         let (focal_length_mm, sensor_width_mm) = (FOCAL_LENGTH_MM, SENSOR_WIDTH_MM);
         let lens = Lens::Physical { focal_length_mm, f_stop: self.f_stop, sensor_width_mm };

@@ -110,7 +110,7 @@ pub fn pipeline(
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
     let (array_stride, step_mode) = (size_of::<Vertex>() as u64, wgpu::VertexStepMode::Vertex);
     let vertices = [Some(wgpu::VertexBufferLayout { array_stride, step_mode, attributes: &attributes })];
-    let (compilation_options, cull_mode) = (Default::default(), solid.then_some(wgpu::Face::Back));
+    let cull_mode = solid.then_some(wgpu::Face::Back);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         // As the shader says.
@@ -134,7 +134,7 @@ pub fn pipeline(
         fragment: Some(wgpu::FragmentState {
             module,
             entry_point: Some(fragment),
-            compilation_options,
+            compilation_options: Default::default(),
             targets: &[Some(format.into())],
         }),
         multiview_mask: None,

@@ -28,7 +28,8 @@ pub struct Live {
     pub scene: scene::Scene,
     queue: wgpu::Queue,
     size: Size,
-    targets: draw::Targets,
+    /// What it is drawn into.
+    pub targets: draw::Targets,
     blur: blur::DepthOfField,
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
@@ -42,9 +43,6 @@ pub struct Live {
 impl Live {
     /// The shipped scene, which `scene/make.py` makes, for pictures of `size`. One binding holds four planes of a picture: a device with
     /// WebGPU's default limits, 128 MiB, ends at 16 million pixels; the adapter's own may be more.
-    ///
-    /// # Errors
-    /// A device whose bindings are too small for the picture.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> Result<Self> {
         let scene = scene::Scene::from_glb(include_bytes!("../scene/chess.glb"))?;
         let buffer = |contents: &[u8], usage| {
@@ -74,10 +72,7 @@ impl Live {
     }
 
     /// One frame: draws, blurs, tone maps; submits, and does not wait. `size` may be another one each time.
-    ///
-    /// # Errors
-    /// A lost device, or bindings that are too small; a focus distance within the focal length.
-    pub fn frame(&mut self, shot: &Shot, size: Size) -> Result<&TextureView> {
+    pub fn frame(&mut self, shot: &Shot, size: Size) -> Result<()> {
         if size != self.size {
             self.blur.resize(size)?;
             (self.targets, self.size) = (draw::Targets::new(&self.device, size), size);
@@ -85,9 +80,8 @@ impl Live {
         let (camera, view) = (shot.camera()?, shot.view());
         let projection = shot.projection(size) * view;
         self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&[projection, view.inverse()]));
-        let is_near = |object: &scene::Object| {
-            let (centre, radius) = object.sphere;
-            let back = radius - view.transform_point3(centre).z;
+        let is_near = |scene::Object { sphere: (centre, radius), .. }: &scene::Object| {
+            let back = radius - view.transform_point3(*centre).z;
             shot.blur && shot.foreground && blur::is_foreground(&camera, size, back)
         };
         let near: Vec<bool> = self.scene.objects.iter().map(is_near).collect();
@@ -117,7 +111,7 @@ impl Live {
         let light = if shot.blur { &targets.output } else { &targets.base.color };
         self.screen(&mut encoder, &self.tone, light, &targets.shown);
         self.queue.submit([encoder.finish()]);
-        Ok(&self.targets.shown)
+        Ok(())
     }
 
     /// One picture from another.
@@ -137,29 +131,23 @@ impl Live {
 
     /// How far away, along the camera's axis, what the last frame shows at this pixel is; infinity where nothing is. Waits for the
     /// device: a click may, a focus that follows something each frame would ask for the answer one frame later.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn distance_at(&self, x: usize, y: usize) -> Result<f64> {
-        let (x, y) = (x.min(self.size.width - 1) as u32, y.min(self.size.height - 1) as u32);
-        let bytes = self.read(&self.targets.near.depth, (x, y), wgpu::Extent3d::default())?;
+        let [x, y] = [x.min(self.size.width - 1), y.min(self.size.height - 1)].map(|at| at as u32);
+        let bytes = self.read(&self.targets.near.depth, [x, y], wgpu::Extent3d::default())?;
         let depth = bytemuck::pod_read_unaligned(&bytes);
         Ok(DepthDecoding::hardware(0.0, f64::from(camera::NEAR)).to_metres(depth, || [0.0, 0.0]))
     }
 
     /// The last frame.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn picture(&self) -> Result<image::RgbImage> {
         let extent = self.targets.shown.texture().size();
-        let bytes = self.read(&self.targets.shown, (0, 0), extent)?;
+        let bytes = self.read(&self.targets.shown, [0, 0], extent)?;
         let picture = image::RgbaImage::from_raw(extent.width, extent.height, bytes);
         Ok(image::DynamicImage::from(picture.context("rows are missing")?).into_rgb8())
     }
 
     /// A part of a texture of four bytes a texel.
-    fn read(&self, from: &TextureView, (x, y): (u32, u32), extent: wgpu::Extent3d) -> Result<Vec<u8>> {
+    fn read(&self, from: &TextureView, [x, y]: [u32; 2], extent: wgpu::Extent3d) -> Result<Vec<u8>> {
         let row = (4 * extent.width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,

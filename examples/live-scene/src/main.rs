@@ -51,11 +51,10 @@ fn picture(path: &Path, options: &Options, shot: &Shot) -> Result<()> {
 
 fn window(options: &Options, shot: Shot) -> Result<()> {
     let mut setup = WgpuSetupCreateNew::without_display_handle();
-    let limits = |adapter: &wgpu::Adapter| wgpu::DeviceDescriptor {
-        required_limits: adapter.limits(),
-        ..Default::default()
-    };
-    setup.device_descriptor = Arc::new(limits);
+    setup.device_descriptor = Arc::new(|adapter| {
+        let required_limits = adapter.limits();
+        wgpu::DeviceDescriptor { required_limits, ..Default::default() }
+    });
     // Validation layers of some systems refuse names in shaders.
     setup.instance_descriptor.flags.remove(wgpu::InstanceFlags::DEBUG);
     let wgpu_options = WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() };
@@ -80,15 +79,14 @@ struct Program {
 impl Program {
     fn new(cc: &eframe::CreationContext<'_>, mut shot: Shot) -> Result<Self> {
         let state = cc.wgpu_render_state.as_ref().context("the window has no graphics adapter")?;
-        // The first frame has the window's size.
-        let mut live = Live::new(&state.device, &state.queue, Size::new(1, 1))?;
+        // The first frame goes over to the window's size.
+        let live = Live::new(&state.device, &state.queue, Size::new(1, 1))?;
         // A processor has much to do.
         if state.adapter.get_info().device_type == wgpu::DeviceType::Cpu {
             shot.look = LOOKS.len() - 1;
         }
-        let first = live.frame(&shot, Size::new(1, 1))?;
-        let filter = wgpu::FilterMode::Nearest;
-        let texture = state.renderer.write().register_native_texture(&state.device, first, filter);
+        let (shown, filter) = (&live.targets.shown, wgpu::FilterMode::Nearest);
+        let texture = state.renderer.write().register_native_texture(&state.device, shown, filter);
         Ok(Self { live, wanted_m: shot.focus_m, shot, texture, each: 0.0, title: String::new() })
     }
 
@@ -107,32 +105,29 @@ impl Program {
         }
         let by = mouse.drag_delta() * pixels;
         self.shot.drag(by.x, by.y);
-        let seconds = ui.input(|input| {
-            self.shot.zoom(input.smooth_scroll_delta().y / 40.0);
-            for event in &input.events {
-                match event {
-                    egui::Event::Text(text) => self.shot.key(text),
-                    egui::Event::Key { key: egui::Key::Escape, pressed: true, .. } => {
-                        ui.send_viewport_cmd(ViewportCommand::Close);
-                    }
-                    _ => {}
-                }
+        let input = ui.input(egui::InputState::clone);
+        self.shot.zoom(input.smooth_scroll_delta().y / 40.0);
+        for event in &input.events {
+            if let egui::Event::Text(text) = event {
+                self.shot.key(text);
             }
-            f64::from(input.unstable_dt)
-        });
+        }
+        if input.key_pressed(egui::Key::Escape) {
+            ui.send_viewport_cmd(ViewportCommand::Close);
+        }
+        let seconds = f64::from(input.unstable_dt);
         self.shot.pull(self.wanted_m, seconds);
 
-        let shown = self.live.frame(&self.shot, size)?;
+        self.live.frame(&self.shot, size)?;
         let state = frame.wgpu_render_state().context("the window has no graphics adapter")?;
-        let filter = wgpu::FilterMode::Nearest;
+        let (shown, filter) = (&self.live.targets.shown, wgpu::FilterMode::Nearest);
         (state.renderer.write()).update_egui_texture_from_wgpu_texture(
             &state.device,
             shown,
             filter,
             self.texture,
         );
-        let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-        ui.painter().image(self.texture, area, whole, egui::Color32::WHITE);
+        egui::Image::new((self.texture, area.size())).paint_at(ui, area);
 
         self.each += 0.1 * (1e3 * seconds - self.each);
         let lens = if self.shot.blur { LOOKS[self.shot.look] } else { "no lens" };
