@@ -167,7 +167,13 @@ fn keys_change_the_picture() {
         keys.iter().for_each(|key| shot.key(key));
         shoot(&shot)
     };
-    // From diffusion to the first method, to the second, and round to diffusion.
+    // From diffusion round to the first method, to the second, and on to diffusion.
+    let mut turned = shot();
+    let looks = [(); 3].map(|()| {
+        turned.key("m");
+        turned.look
+    });
+    assert_eq!(looks, [0, 1, DIFFUSION]);
     let methods = [after(&["m"]), after(&["M", "m"])];
     assert!(
         methods[0] != first && methods[1] != first && methods[0] != methods[1],
