@@ -30,14 +30,20 @@ struct Options {
     focus: f64,
 }
 
-fn main() -> Result<()> {
+fn main() {
     // Wrong arguments end the program here, with 2.
     let options = Options::parse();
     let shot = Shot { focus_m: options.focus, ..Shot::default() };
-    match &options.picture {
+    let done = match &options.picture {
         Some(path) => picture(path, &options, &shot),
         None => window(&options, shot),
-    }
+    };
+    done.unwrap_or_else(end);
+}
+
+fn end(error: anyhow::Error) {
+    eprintln!("error: {error:#}");
+    std::process::exit(1);
 }
 
 fn picture(path: &Path, options: &Options, shot: &Shot) -> Result<()> {
@@ -145,9 +151,6 @@ impl Program {
 
 impl eframe::App for Program {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
-        if let Err(error) = self.frame(ui, frame) {
-            eprintln!("Error: {error:?}");
-            std::process::exit(1);
-        }
+        self.frame(ui, frame).unwrap_or_else(end);
     }
 }
