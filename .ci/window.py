@@ -32,8 +32,11 @@ class Window:
         self.program = program
         self.process = None
 
+    def launch(self, *arguments):
+        self.process = subprocess.Popen([self.program, *map(str, arguments)], env=self.env)
+
     def start(self, *arguments):
-        self.process = subprocess.Popen([self.program, "view", *map(str, arguments)], env=self.env)
+        self.launch("view", *arguments)
         # The window, then the first picture.
         self.wait_for(lambda: self.tool("search", "--onlyvisible", "--name", "pullfocus", check=False) != "")
         # Without a window manager nobody gives it the keyboard.

@@ -1,20 +1,10 @@
 //! glTF to vertices, indices and objects.
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, ensure};
 use glam::{Mat4, Vec3, Vec4};
 
-/// The scene that comes with the example; `scene/make.py` makes it.
-pub const CHESS: &[u8] = include_bytes!("../scene/chess.glb");
-
-/// One corner of a triangle.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Vertex {
-    /// In the object's own space, metres.
-    pub position: Vec3,
-    /// Of length 1.
-    pub normal: Vec3,
-}
+/// A corner of a triangle: its position in the object's own space, in metres, and its normal.
+pub type Vertex = [Vec3; 2];
 
 /// What the shader knows of an object; `Object` in `scene.wgsl`.
 #[repr(C)]
@@ -24,7 +14,7 @@ pub struct Look {
     pub place: Mat4,
     /// Base colour, linear; w is roughness.
     pub color: Vec4,
-    /// Light that it gives itself.
+    /// Light that it gives itself; w is the height of what throws a shadow, else 0.
     pub emission: Vec4,
 }
 
@@ -35,14 +25,10 @@ pub struct Object {
     pub name: String,
     /// Its part of [`Scene::indices`].
     pub indices: std::ops::Range<u32>,
-    /// What the indices count from, in [`Scene::vertices`].
-    pub base_vertex: i32,
     /// Its place and material.
     pub look: Look,
-    /// A sphere around it, in the world.
-    pub centre: Vec3,
-    /// The sphere's radius.
-    pub radius: f32,
+    /// A sphere around it, in the world: centre and radius.
+    pub sphere: (Vec3, f32),
 }
 
 /// Everything in a file.
@@ -52,74 +38,52 @@ pub struct Scene {
     pub vertices: Vec<Vertex>,
     /// Of all meshes, one after the other.
     pub indices: Vec<u32>,
-    /// What is drawn.
+    /// What is drawn; first what throws a shadow.
     pub objects: Vec<Object>,
 }
 
 impl Scene {
     /// Reads a binary glTF file: triangles with normals, and materials without textures.
-    ///
-    /// # Errors
-    /// A file that is no glTF, or has what this small reader does not know.
     pub fn from_glb(bytes: &[u8]) -> Result<Self> {
         let gltf = gltf::Gltf::from_slice(bytes).context("the scene is no glTF file; give a .glb")?;
         let blob = gltf.blob.as_deref().context("the scene's buffers are in other files; give one .glb")?;
         let mut scene = Self::default();
-        // Nodes share meshes: each is read once.
-        let mut meshes = Vec::new();
-        for mesh in gltf.document.meshes() {
-            let parts: Result<Vec<_>> = mesh.primitives().map(|part| scene.add(&part, blob)).collect();
-            meshes.push(parts?);
-        }
-        let top = gltf.document.default_scene().or_else(|| gltf.document.scenes().next());
-        let mut open: Vec<_> =
-            top.context("the file has no scene")?.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
+        let top = gltf.default_scene().context("the file has no scene")?;
+        let mut open: Vec<_> = top.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
         while let Some((node, parent)) = open.pop() {
             let place = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
-            open.extend(node.children().map(|child| (child, place)));
-            for part in node.mesh().iter().flat_map(|mesh| &meshes[mesh.index()]) {
-                let mut object = part.clone();
-                let widest = [place.x_axis, place.y_axis, place.z_axis].map(|axis| axis.length());
-                object.name = node.name().unwrap_or_default().to_owned();
-                object.centre = place.transform_point3(part.centre);
-                object.radius = part.radius * widest.into_iter().fold(0.0, f32::max);
-                object.look.place = place;
-                scene.objects.push(object);
+            for part in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
+                scene.add(node.name().unwrap_or_default(), &part, blob, place)?;
             }
+            open.extend(node.children().map(|child| (child, place)));
         }
+        scene.objects.sort_by(|a, b| b.look.emission.w.total_cmp(&a.look.emission.w));
         Ok(scene)
     }
 
-    /// One mesh of one material, at the origin.
-    fn add(&mut self, part: &gltf::Primitive<'_>, blob: &[u8]) -> Result<Object> {
-        if part.mode() != gltf::mesh::Mode::Triangles {
-            bail!("a mesh of the scene has {:?} instead of triangles; export triangles", part.mode());
-        }
+    /// One mesh of one material.
+    fn add(&mut self, name: &str, part: &gltf::Primitive<'_>, blob: &[u8], place: Mat4) -> Result<()> {
+        ensure!(part.mode() == gltf::mesh::Mode::Triangles, "'{name}' is not of triangles");
+        let lacks = |what| format!("'{name}' has no {what}; export them");
         let reader = part.reader(|_| Some(blob));
-        let positions = reader.read_positions().context("a mesh of the scene has no positions")?;
-        let normals = reader.read_normals().context("a mesh of the scene has no normals; export them")?;
-        let indices = reader.read_indices().context("a mesh of the scene has no indices; export them")?;
-        let (base_vertex, first) = (self.vertices.len(), self.indices.len());
-        self.vertices
-            .extend(positions.zip(normals).map(|(p, n)| Vertex { position: p.into(), normal: n.into() }));
-        self.indices.extend(indices.into_u32());
-        let bounds = part.bounding_box();
-        let (low, high) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
+        let positions = reader.read_positions().with_context(|| lacks("positions"))?;
+        let normals = reader.read_normals().with_context(|| lacks("normals"))?;
+        let indices = reader.read_indices().with_context(|| lacks("indices"))?;
+        let (base, first) = (self.vertices.len() as u32, self.indices.len() as u32);
+        self.vertices.extend(positions.zip(normals).map(|(p, n)| [p.into(), n.into()]));
+        self.indices.extend(indices.into_u32().map(|index| base + index));
+        let (low, high) = (Vec3::from(part.bounding_box().min), Vec3::from(part.bounding_box().max));
+        let widest = place.to_scale_rotation_translation().0.abs().max_element();
+        let sphere = (place.transform_point3(0.5 * (low + high)), 0.5 * (high - low).length() * widest);
         let material = part.material();
         let surface = material.pbr_metallic_roughness();
-        let color = Vec4::from(surface.base_color_factor()).truncate();
+        let color = Vec4::from(surface.base_color_factor()).truncate().extend(surface.roughness_factor());
         let emission = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
-        Ok(Object {
-            name: String::new(),
-            indices: first as u32..self.indices.len() as u32,
-            base_vertex: base_vertex as i32,
-            look: Look {
-                place: Mat4::IDENTITY,
-                color: color.extend(surface.roughness_factor()),
-                emission: emission.extend(0.0),
-            },
-            centre: 0.5 * (low + high),
-            radius: 0.5 * (high - low).length(),
-        })
+        // What is higher than wide stands on something, and its shadow is seen.
+        let height = if high.y > high.x - low.x { high.y } else { 0.0 };
+        let look = Look { place, color, emission: emission.extend(height) };
+        let indices = first..self.indices.len() as u32;
+        self.objects.push(Object { name: name.to_owned(), indices, look, sphere });
+        Ok(())
     }
 }

@@ -20,10 +20,11 @@ fn nearest(@builtin(position) position: vec4f) -> @location(0) vec4f {
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 
-// Light to what a screen can show (Narkowicz' fit of the ACES curve); the target's format encodes it as sRGB.
+// Light to what a screen can show (Narkowicz' fit of the ACES curve), encoded as sRGB.
 @fragment
 fn tone(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let x = 0.9 * textureLoad(picture, vec2u(position.xy), 0).rgb;
-    let shown = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
-    return vec4f(clamp(shown, vec3f(0.0), vec3f(1.0)), 1.0);
+    let shown = clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
+    let encoded = select(1.055 * pow(shown, vec3f(1.0 / 2.4)) - 0.055, 12.92 * shown, shown < vec3f(0.0031308));
+    return vec4f(encoded, 1.0);
 }
