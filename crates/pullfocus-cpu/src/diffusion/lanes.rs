@@ -213,7 +213,8 @@ impl Lanes for Array {
     fn any(mask: Self::Mask) -> bool {
         mask.into_iter().any(|m| m)
     }
-    #[inline(always)]
+    // One copy: unrolled into every kernel it is a third of the crate's time to compile.
+    #[inline(never)]
     fn transpose(block: &mut [Self; LANES]) {
         for i in 0..LANES {
             for j in 0..i {
