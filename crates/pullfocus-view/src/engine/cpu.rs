@@ -5,7 +5,7 @@ use super::worker::Made;
 use crate::clip::Plate;
 use crate::screen;
 use eframe::wgpu;
-use pullfocus_core::{Cancel, CocSettings, Layering, Method, Result, Settings};
+use pullfocus_core::{Cancel, CocSettings, Layering, Method, Preset, Result, Settings, Show};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ const SOON: Duration = Duration::from_millis(80);
 /// What a pixel costs before any was measured.
 const FIRST_GUESS: Duration = Duration::from_nanos(900);
 /// One pixel stands for so many along each axis: few choices, since each is a picture of its own to make and to keep.
-const REDUCTIONS: [usize; 9] = [1, 2, 3, 4, 5, 6, 8, 12, 16];
+const REDUCTIONS: [usize; 8] = [2, 3, 4, 5, 6, 8, 12, 16];
 
 pub struct CpuBlur {
     renderer: pullfocus::Renderer,
@@ -36,14 +36,19 @@ impl CpuBlur {
 
     /// How far the picture must be reduced to come soon; 1 if it need not be.
     pub fn reduction(&self, plate: &Plate, take: &Take) -> usize {
-        let way = way(&take.settings);
-        let known = self.costs.iter().find(|(known, _)| *known == way).map(|(_, cost)| *cost);
-        let cost = known.unwrap_or(FIRST_GUESS.as_nanos() as f64);
         let pixels = plate.size().area() as f64;
-        let wanted = (pixels * cost / SOON.as_nanos() as f64).sqrt();
         // A picture a little late is better than sizes that change while the hand moves.
-        let near = |reduction: usize| wanted <= 1.15 * reduction as f64;
-        REDUCTIONS.into_iter().find(|&reduction| near(reduction)).unwrap_or(16)
+        let comes_soon = |settings: &Settings, reduction: usize| {
+            let way = way(settings);
+            let known = self.costs.iter().find(|(known, _)| *known == way).map(|(_, cost)| *cost);
+            let cost = known.unwrap_or(FIRST_GUESS.as_nanos() as f64);
+            (pixels * cost / SOON.as_nanos() as f64).sqrt() <= 1.15 * reduction as f64
+        };
+        if comes_soon(&take.settings, 1) {
+            return 1;
+        }
+        let quick = quick(&take.settings);
+        REDUCTIONS.into_iter().find(|&reduction| comes_soon(&quick, reduction)).unwrap_or(16)
     }
 
     pub fn render(
@@ -59,10 +64,11 @@ impl CpuBlur {
         if let Some(near) = &mut scene.foreground {
             near.picture.colors.truncate(3);
         }
-        let settings = at_size(&take.settings, reduced);
+        let asked = if reduced > 1 { quick(&take.settings) } else { take.settings.clone() };
+        let settings = at_size(&asked, reduced);
         let start = Instant::now();
         let report = self.renderer.render(&mut scene, take.camera.as_ref(), &settings, cancel)?;
-        self.learn(&take.settings, start.elapsed(), scene.frame.data.size.area());
+        self.learn(&asked, start.elapsed(), scene.frame.data.size.area());
         let texture = screen::from_picture(&self.device, &self.queue, &scene.base.picture)?;
         Ok(Made { texture, reduced, report })
     }
@@ -75,6 +81,18 @@ impl CpuBlur {
             None => self.costs.push((way, cost)),
         }
     }
+}
+
+/// The settings for a picture that is there for a moment: two layers instead of all cost a quarter, which is twice the pixels
+/// along each axis; shape and size of the blur stay.
+fn quick(settings: &Settings) -> Settings {
+    let layering = match settings.layering {
+        Layering::General { .. } if settings.show == Show::Result => {
+            Settings::preset(Preset::Preview).layering
+        }
+        other => other,
+    };
+    Settings { layering, ..settings.clone() }
 }
 
 /// The settings for a picture of fewer pixels: what is in pixels becomes less.
