@@ -1,5 +1,6 @@
 //! The window.
 
+mod browser;
 mod canvas;
 mod controls;
 mod files;

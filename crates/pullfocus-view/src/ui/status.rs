@@ -33,7 +33,7 @@ impl App {
                 self.windows.export = true;
             }
             if ui.button("Reference…").on_hover_text("Choose a picture to compare with.").clicked() {
-                self.windows.ask_for_reference();
+                self.reference_window();
             }
             if ui.button("Keys").on_hover_text("The sheet of keyboard shortcuts (F1).").clicked() {
                 action = Some(Action::Shortcuts);

@@ -1,59 +1,11 @@
 //! Windows over the picture: opening, saving, rendering, the sheet of keys.
 
 use super::App;
+use super::browser::{Browser, For};
 use super::keyboard::SHORTCUTS;
 use crate::export::{ENCODER, Export, Order, What};
-use crate::opening::{self, Entry};
 use eframe::egui::{self, Window};
 use std::path::{Path, PathBuf};
-
-/// What a file is chosen for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum For {
-    Open,
-    Reference,
-    Save,
-}
-
-/// A folder that is looked into.
-#[derive(Debug)]
-struct Browser {
-    purpose: For,
-    folder: PathBuf,
-    path: String,
-    folders: Vec<PathBuf>,
-    entries: Vec<Entry>,
-    fault: Option<String>,
-    /// A file that is there already, and may be replaced if the user says so.
-    there: Option<PathBuf>,
-    /// Whether it was not on the screen yet.
-    is_new: bool,
-}
-
-impl Browser {
-    fn new(purpose: For, folder: PathBuf, path: String) -> Self {
-        let mut browser = Self {
-            purpose,
-            folder: PathBuf::new(),
-            path,
-            folders: vec![],
-            entries: vec![],
-            fault: None,
-            there: None,
-            is_new: true,
-        };
-        browser.go(folder);
-        browser
-    }
-
-    fn go(&mut self, folder: PathBuf) {
-        match opening::entries(&folder) {
-            Ok((folders, entries)) => (self.folders, self.entries, self.fault) = (folders, entries, None),
-            Err(failure) => self.fault = Some(failure.to_string()),
-        }
-        self.folder = folder;
-    }
-}
 
 /// Which windows are open.
 #[derive(Debug, Default)]
@@ -61,8 +13,7 @@ pub struct Windows {
     pub shortcuts: bool,
     pub export: bool,
     order: Option<Draft>,
-    browser: Option<Browser>,
-    wants_reference: bool,
+    pub(super) browser: Option<Browser>,
 }
 
 /// What is typed for an export.
@@ -73,12 +24,6 @@ struct Draft {
     overwrite: bool,
 }
 
-impl Windows {
-    pub fn ask_for_reference(&mut self) {
-        self.wants_reference = true;
-    }
-}
-
 impl App {
     fn folder(&self) -> PathBuf {
         let open = self.plate.as_ref().map(|plate| plate.path.clone());
@@ -87,33 +32,37 @@ impl App {
         folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default()
     }
 
+    fn browse(&mut self, purpose: For, path: String) {
+        self.windows.browser = Some(Browser::new(&self.ctx, purpose, self.folder(), path));
+    }
+
     pub(super) fn open_window(&mut self) {
-        self.windows.browser = Some(Browser::new(For::Open, self.folder(), String::new()));
+        self.browse(For::Open, String::new());
+    }
+
+    pub(super) fn reference_window(&mut self) {
+        self.browse(For::Reference, String::new());
     }
 
     pub(super) fn save_or_ask(&mut self) {
         match self.saved.as_ref().map(|saved| saved.path.clone()) {
             Some(path) if self.may_save(&path) => self.save(&path, false),
-            Some(path) => {
+            there => {
                 self.save_window();
                 if let Some(browser) = &mut self.windows.browser {
-                    browser.there = Some(path);
+                    browser.there = there;
                 }
             }
-            None => self.save_window(),
         }
     }
 
     pub(super) fn save_window(&mut self) {
         let folder = self.folder();
         let name = self.saved.as_ref().map_or_else(|| folder.join("pull.toml"), |saved| saved.path.clone());
-        self.windows.browser = Some(Browser::new(For::Save, folder, name.display().to_string()));
+        self.browse(For::Save, name.display().to_string());
     }
 
     pub(super) fn windows(&mut self, ctx: &egui::Context) {
-        if std::mem::take(&mut self.windows.wants_reference) {
-            self.windows.browser = Some(Browser::new(For::Reference, self.folder(), String::new()));
-        }
         self.browser(ctx);
         self.export_window(ctx);
         let mut open = self.windows.shortcuts;
@@ -138,99 +87,6 @@ impl App {
             });
         });
         self.windows.shortcuts = open;
-    }
-
-    fn browser(&mut self, ctx: &egui::Context) {
-        let Some(mut browser) = self.windows.browser.take() else { return };
-        let (title, verb) = match browser.purpose {
-            For::Open => ("Open a picture, a sequence or a shot", "Open"),
-            For::Reference => ("Choose a reference", "Compare"),
-            For::Save => ("Save the shot", "Save"),
-        };
-        let (mut open, mut chosen, mut folder, mut replace) = (true, None, None, false);
-        Window::new(title).open(&mut open).collapsible(false).default_size([560.0, 420.0]).show(ctx, |ui| {
-            ui.horizontal(|ui| {
-                let label = ui.label("File");
-                let width = (ui.available_width() - 80.0).max(120.0);
-                let field = egui::TextEdit::singleline(&mut browser.path)
-                    .desired_width(width)
-                    .hint_text("frame.exr, shot.####.exr, a folder, pull.toml");
-                let response = ui.add(field).labelled_by(label.id);
-                if std::mem::take(&mut browser.is_new) {
-                    response.request_focus();
-                }
-                let entered = response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                let clicked = ui.button(verb).on_hover_text("Take the file that is named here.").clicked();
-                if (entered || clicked) && !browser.path.trim().is_empty() {
-                    // Names stand in the folder that is shown.
-                    chosen = Some(browser.folder.join(browser.path.trim()));
-                }
-            });
-            ui.label(browser.folder.display().to_string());
-            // Another name is another file.
-            browser.there =
-                browser.there.take().filter(|there| *there == browser.folder.join(browser.path.trim()));
-            if let Some(there) = &browser.there {
-                ui.horizontal(|ui| {
-                    let name = crate::clip::file_name(there);
-                    let text = match &self.saved {
-                        Some(saved) if saved.path == *there => {
-                            format!("{name} holds what was not saved here; saving would lose that.")
-                        }
-                        _ => format!("{name} is there already."),
-                    };
-                    ui.label(egui::RichText::new(text).strong());
-                    let hint = "Write this shot in its place; what it holds now is lost.";
-                    if ui.button("Replace it").on_hover_text(hint).clicked() {
-                        (chosen, replace) = (Some(there.clone()), true);
-                    }
-                });
-            }
-            if let Some(fault) = &browser.fault {
-                ui.label(egui::RichText::new(fault).strong());
-            }
-            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                if let Some(parent) = browser.folder.parent()
-                    && ui.link("..").on_hover_text("The folder above.").clicked()
-                {
-                    folder = Some(parent.to_owned());
-                }
-                for path in &browser.folders {
-                    if ui.link(format!("{}/", crate::clip::file_name(path))).clicked() {
-                        folder = Some(path.clone());
-                    }
-                }
-                for entry in &browser.entries {
-                    let text = if entry.frames > 1 {
-                        format!("{} ({} frames)", entry.name, entry.frames)
-                    } else {
-                        entry.name.clone()
-                    };
-                    if ui.link(text).clicked() {
-                        match browser.purpose {
-                            For::Save => browser.path.clone_from(&entry.name),
-                            _ => chosen = Some(entry.path.clone()),
-                        }
-                    }
-                }
-            });
-        });
-        if let Some(folder) = folder {
-            browser.go(folder);
-        }
-        match chosen {
-            Some(path) => match browser.purpose {
-                For::Open => self.open_path(&path),
-                For::Reference => self.open_reference(&path),
-                For::Save if replace || self.may_save(&path) => self.save(&path, replace),
-                For::Save => {
-                    browser.there = Some(path);
-                    self.windows.browser = Some(browser);
-                }
-            },
-            None if open => self.windows.browser = Some(browser),
-            None => {}
-        }
     }
 
     fn export_window(&mut self, ctx: &egui::Context) {

@@ -10,6 +10,7 @@ pub const TESTS: &[(&str, fn())] = &[
     ("a_click_focuses_there", a_click_focuses_there),
     ("a_click_focuses_there_on_the_gpu", a_click_focuses_there_on_the_gpu),
     ("a_drag_racks_and_with_shift_it_is_two_keys", a_drag_racks_and_with_shift_it_is_two_keys),
+    ("a_file_is_opened_by_dropping_and_by_the_window", a_file_is_opened_by_dropping_and_by_the_window),
     ("each_take_has_keys_of_its_own", each_take_has_keys_of_its_own),
     ("undo_and_redo", undo_and_redo),
     ("the_wheel_zooms_about_the_cursor", the_wheel_zooms_about_the_cursor),
@@ -72,6 +73,51 @@ fn a_drag_racks_and_with_shift_it_is_two_keys() {
     let expected = 2.0 / (1.0 / DEPTHS[0] + 1.0 / DEPTHS[2]);
     // Two inversions in f64.
     assert!((focus(&window) / expected - 1.0).abs() < 1e-9);
+}
+
+/// A file that a hand lets go over the window.
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl eframe::egui::DroppedFile for Dropped {
+    fn path(&self) -> &std::path::Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("nobody asks for them".into())
+    }
+}
+
+fn a_file_is_opened_by_dropping_and_by_the_window() {
+    let folder = sequence(1);
+    let first = folder.path().join("f.0001.exr");
+    let (other, shots) = (folder.path().join("other.exr"), folder.path().join("shots"));
+    write_frame(&other);
+    std::fs::create_dir(&shots).unwrap();
+    write_frame(&shots.join("third.exr"));
+    let mut window = open(&first, Choice::Cpu, None);
+    window.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(other.clone())));
+    settle(&mut window);
+    let inputs = |window: &Window| window.state().document().shot().files.input.clone().unwrap();
+    assert_eq!(inputs(&window), [other.clone()]);
+    let find = |window: &mut Window, label: &str| {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::O);
+        wait_for(window, label);
+    };
+    find(&mut window, "shots/");
+    window.get_by_label("shots/").click();
+    wait_for(&mut window, "third.exr");
+    window.get_by_label("third.exr").click();
+    settle(&mut window);
+    assert_eq!(inputs(&window), [shots.join("third.exr")]);
+    // What was open before is a click away.
+    find(&mut window, "Recent");
+    window.get_by_label("Recent").click();
+    wait_for(&mut window, "other.exr");
+    window.get_by_label("other.exr").click();
+    settle(&mut window);
+    assert_eq!(inputs(&window), [other]);
 }
 
 fn each_take_has_keys_of_its_own() {

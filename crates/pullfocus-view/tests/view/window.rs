@@ -2,6 +2,7 @@
 
 use eframe::egui::{Event, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
 use pullfocus_core::{Cancel, Frame, Plane, Size};
 use pullfocus_io::{SampleType, write_exr};
 use pullfocus_job::config::Options;
@@ -95,6 +96,15 @@ pub fn settle(window: &mut Window) {
         calm = if window.state().is_settled() { calm + 1 } else { 0 };
         std::thread::sleep(Duration::from_millis(2));
         assert!(start.elapsed() < Duration::from_secs(60), "the window does not come to rest");
+    }
+}
+
+/// Goes on until something is called so.
+pub fn wait_for(window: &mut Window, label: &str) {
+    let start = Instant::now();
+    while window.query_by_label(label).is_none() {
+        settle(window);
+        assert!(start.elapsed() < Duration::from_secs(20), "nothing is called {label}");
     }
 }
 
