@@ -83,7 +83,7 @@ fn named(options: &mut Options) -> Vec<PathBuf> {
 /// UTF-8; [`Failure::Failed`] where the file is there and may not be replaced, or cannot be written.
 pub fn write_to(options: &Options, path: &Path, existing: Existing) -> Result<()> {
     let text = text(options, path)?;
-    if check_target(path, &named(&mut options.clone()), existing)? == Need::Finished {
+    if check_target(path, named(&mut options.clone()), existing)? == Need::Finished {
         return Ok(());
     }
     let mut pending = PendingFile::create(path, existing)?;
