@@ -1,6 +1,7 @@
 //! The window.
 
 mod canvas;
+mod color;
 mod controls;
 mod keyboard;
 mod status;
@@ -40,6 +41,8 @@ pub struct Start {
     pub device: Choice,
     /// Where the session is kept; nowhere if not given.
     pub session: Option<PathBuf>,
+    /// What the environment variable OCIO holds: the studio's colour config.
+    pub ocio: Option<String>,
     /// Raised from outside (a signal), it closes the window.
     pub quit: Cancel,
 }
@@ -55,6 +58,7 @@ pub struct App {
     engine: Engine,
     loader: Loader,
     display: Arc<Display>,
+    colors: color::Panel,
     device: (eframe::wgpu::Device, eframe::wgpu::Queue),
     undo: Undoer<Document>,
     /// What is open, and the frame in front.
@@ -104,6 +108,7 @@ impl App {
         let told = |error: std::io::Error| format!("a thread could not be started: {error}");
         let engine = Engine::start(ctx, render_state, start.device).map_err(told)?;
         let loader = Loader::start(ctx).map_err(told)?;
+        let colors = color::Panel::start(ctx, start.ocio).map_err(told)?;
         let (quit, window) = (start.quit.clone(), ctx.clone());
         // It ends with the process; a flag tells nobody when it is raised.
         std::thread::Builder::new()
@@ -128,6 +133,7 @@ impl App {
             engine,
             loader,
             display,
+            colors,
             device: (device, queue),
             undo: Undoer::default(),
             clip: None,
@@ -179,6 +185,10 @@ impl App {
 
     /// Opens a picture, a folder, a pattern or a shot.
     pub fn open_path(&mut self, path: &Path) {
+        if opening::is_config(path) {
+            self.choose_config(path);
+            return;
+        }
         match opening::options(path, &self.base) {
             Ok(options) => {
                 self.frame = 0;
@@ -283,6 +293,7 @@ impl App {
         self.loader.is_idle()
             && !state.busy
             && self.coming.is_none()
+            && !self.colors.is_busy()
             && self.export.as_ref().is_none_or(Export::is_done)
             && (self.reference.is_none() || !self.look.shows(View::Difference) || state.comparison.is_some())
     }
@@ -493,6 +504,7 @@ impl eframe::App for App {
         self.play(&ctx);
         self.take_in(&ctx);
         self.take_reference();
+        self.take_colors();
         self.keyboard(&ctx);
         egui::Panel::top("menu").show(ui, |ui| self.menu(ui));
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui));

@@ -105,6 +105,7 @@ fn the_last_session_comes_back() {
         options: Options::default(),
         device: Choice::Cpu,
         session: Some(session),
+        ocio: None,
         quit: Cancel::new(),
     };
     let mut window = with(start);
@@ -122,6 +123,7 @@ fn a_run_that_is_stopped_leaves_nothing_by_half() {
         output: out.join(name),
         overwrite: false,
         transform: Default::default(),
+        table: None,
         gain: 1.0,
         fps: 24.0,
     };

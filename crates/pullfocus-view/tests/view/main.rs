@@ -2,6 +2,7 @@
 //!
 //! With `PULLFOCUS_TEST_GPU=required` no adapter is a failure.
 
+mod color;
 mod files;
 mod flows;
 mod pictures;
@@ -16,7 +17,7 @@ fn main() {
         eprintln!("PULLFOCUS_TEST_GPU=required, and there is no adapter");
         std::process::exit(101);
     }
-    let tests = flows::TESTS.iter().chain(pictures::TESTS).chain(files::TESTS);
+    let tests = color::TESTS.iter().chain(flows::TESTS).chain(pictures::TESTS).chain(files::TESTS);
     let trials = tests
         .map(|&(name, test)| {
             let run = move || {

@@ -42,6 +42,7 @@ pub fn open(path: &Path, device: Choice, session: Option<&Path>) -> Window {
         options: Options::default(),
         device,
         session: session.map(Path::to_owned),
+        ocio: None,
         quit: Cancel::new(),
     };
     with(start)
