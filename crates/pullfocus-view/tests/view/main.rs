@@ -11,7 +11,9 @@ mod window;
 use libtest_mimic::{Arguments, Trial};
 
 fn main() {
-    let arguments = Arguments::from_args();
+    let mut arguments = Arguments::from_args();
+    // One after the other: one of them measures the process's memory, which other windows would be in.
+    arguments.test_threads.get_or_insert(1);
     let there = !pullfocus_gpu::adapters().is_empty();
     if !there && std::env::var("PULLFOCUS_TEST_GPU").is_ok_and(|value| value == "required") {
         eprintln!("PULLFOCUS_TEST_GPU=required, and there is no adapter");
