@@ -58,7 +58,7 @@ impl Table {
         transform(&mut points);
         for point in &mut points {
             // Beyond white and black on purpose: what lies between two points is clipped after the way between them.
-            *point = point.map(|value| if value.is_nan() { 0.0 } else { value.clamp(-4.0, 4.0) });
+            *point = point.map(|value| if value.is_nan() { 0.0 } else { value.clamp(-64.0, 64.0) });
         }
         Self { points }
     }
