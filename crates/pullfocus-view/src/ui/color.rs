@@ -91,7 +91,7 @@ impl App {
             Source::File(_) => "A file",
         };
         ui.label("Config");
-        let combo = ComboBox::from_id_salt("config").selected_text(text).width(WIDTH - 140.0);
+        let combo = ComboBox::from_id_salt("config").selected_text(text).width(WIDTH - 110.0);
         let shown = combo.show_ui(ui, |ui| {
             if let Some(path) = &environment {
                 ui.selectable_value(&mut config, Source::Usual, usual)
@@ -114,7 +114,7 @@ impl App {
             if self.colors.path.is_empty() {
                 self.colors.path = known.display().to_string();
             }
-            let field = egui::TextEdit::singleline(&mut self.colors.path).desired_width(WIDTH - 140.0);
+            let field = egui::TextEdit::singleline(&mut self.colors.path).desired_width(WIDTH - 110.0);
             let response = ui.add(field.hint_text("studio/config.ocio")).labelled_by(label.id);
             let response = response.on_hover_text(
                 "The config's file. Enter takes it, and reads it again if it is taken already.",
@@ -167,7 +167,7 @@ fn named(response: &egui::Response, name: &str, value: &str) {
 fn choice(ui: &mut Ui, label: &str, now: &str, names: &[&str], hint: &str) -> Option<String> {
     let mut chosen = None;
     ui.label(label);
-    let combo = ComboBox::from_id_salt(label).selected_text(now).width(WIDTH - 140.0).truncate();
+    let combo = ComboBox::from_id_salt(label).selected_text(now).width(WIDTH - 110.0).truncate();
     let shown = combo.show_ui(ui, |ui| {
         for name in names {
             if ui.selectable_label(*name == now, *name).clicked() && *name != now {

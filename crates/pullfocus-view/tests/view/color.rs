@@ -14,11 +14,16 @@ use pullfocus_view::screen::Transform;
 use pullfocus_view::ui::Start;
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "ocio")]
 pub const TESTS: &[(&str, fn())] = &[
     ("a_view_of_the_built_in_config_is_what_is_written", a_view_of_the_built_in_config_is_what_is_written),
     ("a_bad_config_is_a_sentence_and_srgb", a_bad_config_is_a_sentence_and_srgb),
     ("the_config_that_ocio_names_is_the_usual_one", the_config_that_ocio_names_is_the_usual_one),
 ];
+
+#[cfg(not(feature = "ocio"))]
+pub const TESTS: &[(&str, fn())] =
+    &[("a_program_without_configs_says_so", a_program_without_configs_says_so)];
 
 const PIXELS: Size = Size { width: 96, height: 48 };
 
@@ -84,6 +89,7 @@ fn apart(a: &[[u8; 3]], b: &[[u8; 3]]) -> (u8, usize) {
 }
 
 /// What *Render…* writes of what is seen.
+#[cfg(feature = "ocio")]
 fn written(window: &mut Window, path: &Path) -> Vec<[u8; 3]> {
     let look = window.state_mut().look_mut().clone();
     let order = Order {
@@ -112,6 +118,7 @@ fn look_through_a_config(window: &mut Window) {
     assert_eq!(window.state_mut().look_mut().transform, Transform::Ocio);
 }
 
+#[cfg(feature = "ocio")]
 fn choose(window: &mut Window, control: &str, value: &str) {
     window.get_by_role_and_label(Role::ComboBox, control).scroll_to_me();
     settle(window);
@@ -123,6 +130,19 @@ fn choose(window: &mut Window, control: &str, value: &str) {
     settle(window);
 }
 
+#[cfg(not(feature = "ocio"))]
+fn a_program_without_configs_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = frame(folder.path());
+    let mut window = open_with(Some(&path), None, None);
+    let srgb = screen(&mut window);
+    look_through_a_config(&mut window);
+    let message = window.state().message().unwrap_or_default().to_owned();
+    assert!(message.contains("without OpenColorIO"), "{message}");
+    assert_eq!(apart(&screen(&mut window), &srgb).0, 0);
+}
+
+#[cfg(feature = "ocio")]
 fn a_view_of_the_built_in_config_is_what_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let session = folder.path().join("view.toml");
@@ -161,6 +181,7 @@ fn a_view_of_the_built_in_config_is_what_is_written() {
     assert_eq!(apart(&screen(&mut window), &shown).0, 0);
 }
 
+#[cfg(feature = "ocio")]
 fn a_bad_config_is_a_sentence_and_srgb() {
     let folder = tempfile::tempdir().unwrap();
     let path = frame(folder.path());
@@ -188,6 +209,7 @@ fn a_bad_config_is_a_sentence_and_srgb() {
 }
 
 /// Its view shows the numbers as they are, with red and blue exchanged.
+#[cfg(feature = "ocio")]
 const SWAPPED: &str = "ocio_profile_version: 2
 roles: {scene_linear: lin, default: lin}
 displays:
@@ -198,6 +220,7 @@ colorspaces:
   - !<ColorSpace> {name: out, from_scene_reference: !<MatrixTransform> {matrix: [0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1]}}
 ";
 
+#[cfg(feature = "ocio")]
 fn the_config_that_ocio_names_is_the_usual_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = frame(folder.path());
