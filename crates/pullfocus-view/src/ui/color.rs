@@ -19,9 +19,13 @@ pub struct Panel {
 }
 
 impl Panel {
-    pub fn start(ctx: &egui::Context, environment: Option<String>) -> std::io::Result<Self> {
+    pub fn start(ctx: &egui::Context, environment: Option<String>, choice: &Choice) -> std::io::Result<Self> {
         let colors = Colors::start(ctx, environment)?;
-        Ok(Self { colors, state: State::default(), path: String::new(), again: 0 })
+        let path = match &choice.config {
+            Source::File(path) => path.display().to_string(),
+            _ => String::new(),
+        };
+        Ok(Self { colors, state: State::default(), path, again: 0 })
     }
 
     pub fn is_busy(&self) -> bool {
@@ -109,11 +113,8 @@ impl App {
         let hint = self.colors.state.menu.as_ref().map_or_else(String::new, |menu| menu.config.clone());
         shown.response.on_hover_text(format!("Whose colours the picture is shown with. {hint}"));
         ui.end_row();
-        if let Source::File(known) = &config {
+        if matches!(config, Source::File(_)) {
             let label = ui.label("File");
-            if self.colors.path.is_empty() {
-                self.colors.path = known.display().to_string();
-            }
             let field = egui::TextEdit::singleline(&mut self.colors.path).desired_width(WIDTH - 110.0);
             let response = ui.add(field.hint_text("studio/config.ocio")).labelled_by(label.id);
             let response = response.on_hover_text(

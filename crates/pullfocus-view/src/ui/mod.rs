@@ -108,7 +108,6 @@ impl App {
         let told = |error: std::io::Error| format!("a thread could not be started: {error}");
         let engine = Engine::start(ctx, render_state, start.device).map_err(told)?;
         let loader = Loader::start(ctx).map_err(told)?;
-        let colors = color::Panel::start(ctx, start.ocio).map_err(told)?;
         let (quit, window) = (start.quit.clone(), ctx.clone());
         // It ends with the process; a flag tells nobody when it is raised.
         std::thread::Builder::new()
@@ -122,6 +121,7 @@ impl App {
             })
             .map_err(told)?;
         let session = start.session.as_deref().map(Session::read).unwrap_or_default();
+        let colors = color::Panel::start(ctx, start.ocio, &session.look.color).map_err(told)?;
         let (device, queue) = (render_state.device.clone(), render_state.queue.clone());
         let display = Arc::new(Display::new(&device, &queue, render_state.target_format));
         let mut app = Self {
