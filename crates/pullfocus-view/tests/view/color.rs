@@ -229,8 +229,7 @@ fn the_config_that_ocio_names_is_the_usual_one() {
     for (i, shown) in shown.iter().enumerate().filter(|(i, _)| i % 96 < 90) {
         for (channel, &shown) in shown.iter().enumerate() {
             let expected = 255.0 * light(i % 96, i / 96, 2 - channel).clamp(0.0, 1.0);
-            // The last two points before white are 0.12 apart and lie on a line; white itself is a corner of it, which the table's
-            // points keep since they go beyond. Halves and rounding are what is left.
+            // Straight lines between points are exact here, and white is no corner: points go beyond. Halves and rounding are left.
             assert!((f32::from(shown) - expected).abs() <= 1.5, "{i}: {shown} {expected}");
         }
     }
