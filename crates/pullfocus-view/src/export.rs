@@ -1,6 +1,7 @@
 //! Writing a shot to files, beside the window.
 
 use crate::clip::Clip;
+use crate::color::Table;
 use crate::document::Document;
 use crate::locked::lock;
 use crate::screen::Transform;
@@ -48,6 +49,8 @@ pub struct Order {
     pub overwrite: bool,
     /// Of the screen.
     pub transform: Transform,
+    /// Of the screen.
+    pub table: Option<Arc<Table>>,
     /// Of the screen.
     pub gain: f32,
     /// Frames a second.
@@ -201,10 +204,9 @@ fn seen(picture: &Picture, order: &Order) -> Canvas {
     let last = picture.colors.len().saturating_sub(1);
     let planes = [0, 1, 2].map(|i| picture.colors.get(if last < 2 { 0 } else { i }));
     Canvas::from_fn(picture.size(), |i| {
-        planes.map(|plane| {
-            let linear = plane.map_or(0.0, |plane| plane.data()[i]);
-            (order.transform.apply(linear, order.gain) * 255.0 + 0.5) as u8
-        })
+        let linear = planes.map(|plane| plane.map_or(0.0, |plane| plane.data()[i]));
+        let colors = order.transform.colors(linear, order.gain, order.table.as_deref());
+        colors.map(|color| (color * 255.0 + 0.5) as u8)
     })
 }
 

@@ -2,6 +2,7 @@
 //! shot.
 
 pub mod clip;
+pub mod color;
 pub mod document;
 pub mod engine;
 pub mod export;

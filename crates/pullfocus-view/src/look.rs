@@ -1,5 +1,6 @@
 //! How the picture is looked at. None of it changes what is rendered.
 
+use crate::color;
 use crate::screen::Transform;
 use pullfocus_core::Show;
 use pullfocus_core::focus::distance::Units;
@@ -98,6 +99,8 @@ pub struct Look {
     pub thirds: bool,
     /// Frames a second.
     pub fps: f64,
+    /// The view of an OpenColorIO config, where that is the transform.
+    pub color: color::Choice,
 }
 
 impl Default for Look {
@@ -119,6 +122,7 @@ impl Default for Look {
             transmittance: None,
             thirds: true,
             fps: 24.0,
+            color: color::Choice::default(),
         }
     }
 }

@@ -24,6 +24,11 @@ fn has_ending(path: &Path, endings: &[&str]) -> bool {
     path.extension().is_some_and(|ending| endings.iter().any(|known| ending.eq_ignore_ascii_case(known)))
 }
 
+/// Whether a file is a colour config, by its name.
+pub fn is_config(path: &Path) -> bool {
+    has_ending(path, &["ocio", "ocioz"])
+}
+
 /// What can be opened in a folder, sequences as one, and its folders.
 ///
 /// # Errors
@@ -41,7 +46,7 @@ pub fn entries(folder: &Path) -> Result<(Vec<PathBuf>, Vec<Entry>)> {
         }
         if path.is_dir() {
             folders.push(path);
-        } else if is_shot(&path) {
+        } else if is_shot(&path) || is_config(&path) {
             entries.push(Entry { name, path, frames: 1 });
         } else if has_ending(&path, &PICTURES) {
             match numbered(&name) {
@@ -98,7 +103,7 @@ pub fn options(path: &Path, base: &Options) -> Result<Options> {
         // The longest sequence is what the folder is about.
         let most = entries
             .into_iter()
-            .filter(|entry| !is_shot(&entry.path))
+            .filter(|entry| has_ending(&entry.path, &PICTURES))
             .max_by_key(|entry| (entry.frames, has_ending(&entry.path, &["exr"])));
         most.ok_or_else(|| {
             Failure::failed(format!(

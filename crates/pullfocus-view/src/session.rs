@@ -74,6 +74,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deep/view.toml");
         let mut session = Session { frame: 7, shot: Some("f-stop = 2.8\n".into()), ..Session::default() };
+        session.look.color.config = crate::color::Source::File("/config.ocio".into());
         session.opened(Path::new("/a.exr"));
         session.opened(Path::new("/b.exr"));
         session.opened(Path::new("/a.exr"));

@@ -38,7 +38,9 @@ pub fn run(args: ViewArgs, cancel: &Cancel) -> Result<()> {
         Clip::open(&options)?;
     }
     let session = if no_session { None } else { Session::usual_path() };
-    window::run(Start { path: None, options, device, session, quit: cancel.clone() }).map_err(Failure::failed)
+    let ocio = std::env::var("OCIO").ok();
+    let start = Start { path: None, options, device, session, ocio, quit: cancel.clone() };
+    window::run(start).map_err(Failure::failed)
 }
 
 /// The program was built without a window.

@@ -1,6 +1,8 @@
 //! The picture in the window: drawn by a pass of its own inside of egui's.
 
+use super::cube::Cube;
 use super::texture::Texture;
+use crate::color::{self, Table};
 use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait};
 use eframe::{egui, wgpu};
 use pullfocus_core::Size;
@@ -19,11 +21,13 @@ pub enum Transform {
     Filmic,
     /// The numbers as they are: for pictures that are encoded already, and for mattes.
     Raw,
+    /// A view of an OpenColorIO config, as a table; sRGB until there is one.
+    Ocio,
 }
 
 impl Transform {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Srgb, Self::Filmic, Self::Raw];
+    pub const ALL: [Self; 4] = [Self::Srgb, Self::Filmic, Self::Raw, Self::Ocio];
 
     /// Its name, and what it does.
     pub fn text(self) -> (&'static str, &'static str) {
@@ -34,6 +38,10 @@ impl Transform {
                 "Bright light rolls off as on film (Narkowicz's fit of ACES), so that highlights keep their shape.",
             ),
             Self::Raw => ("Raw", "The file's numbers as they are, without a curve."),
+            Self::Ocio => (
+                "OCIO",
+                "A view of an OpenColorIO config: the studio's own, or the built-in one of ACES. It is chosen below.",
+            ),
         }
     }
 
@@ -41,13 +49,22 @@ impl Transform {
     pub fn apply(self, linear: f32, gain: f32) -> f32 {
         let light = if linear.is_nan() { 0.0 } else { (linear * gain).max(0.0) };
         match self {
-            Self::Srgb => pullfocus_core::srgb::encode(light.min(1.0)),
+            // Without a table, which is for three colours at once.
+            Self::Srgb | Self::Ocio => pullfocus_core::srgb::encode(light.min(1.0)),
             Self::Filmic => {
                 let x = light.min(1e4);
                 let curve = (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
                 pullfocus_core::srgb::encode(curve.clamp(0.0, 1.0))
             }
             Self::Raw => light.min(1.0),
+        }
+    }
+
+    /// The same for red, green and blue. `table` is the config's view, where there is one.
+    pub fn colors(self, linear: [f32; 3], gain: f32, table: Option<&Table>) -> [f32; 3] {
+        match table {
+            Some(table) if self == Self::Ocio => table.apply(linear.map(|linear| linear * gain)),
+            _ => linear.map(|linear| self.apply(linear, gain)),
         }
     }
 }
@@ -78,7 +95,7 @@ struct Params {
     transform: u32,
     overlay: f32,
     kinds: [u32; 2],
-    pad: [u32; 2],
+    shaper: [f32; 2],
     formula: [f32; 4],
     limits: [f32; 4],
     ranges: [f32; 4],
@@ -115,6 +132,8 @@ pub struct Paint {
     pub gain: f32,
     /// From light to the screen.
     pub transform: Transform,
+    /// The config's view, where there is one.
+    pub table: Option<Arc<Table>>,
 }
 
 /// The pipeline.
@@ -126,18 +145,19 @@ pub struct Display {
     layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     black: wgpu::TextureView,
+    cube: Cube,
 }
 
 impl Display {
     /// Compiles the shader for a window of this format.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, format: wgpu::TextureFormat) -> Self {
         let module = device.create_shader_module(wgpu::include_wgsl!("display.wgsl"));
-        let texture = |binding, filterable| wgpu::BindGroupLayoutEntry {
+        let texture = |binding, filterable, view_dimension| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::FRAGMENT,
             ty: wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Float { filterable },
-                view_dimension: wgpu::TextureViewDimension::D2,
+                view_dimension,
                 multisampled: false,
             },
             count: None,
@@ -161,9 +181,10 @@ impl Display {
                     ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
                     count: None,
                 },
-                texture(2, true),
-                texture(3, true),
-                texture(4, false),
+                texture(2, true, wgpu::TextureViewDimension::D2),
+                texture(3, true, wgpu::TextureViewDimension::D2),
+                texture(4, false, wgpu::TextureViewDimension::D2),
+                texture(5, false, wgpu::TextureViewDimension::D3),
             ],
         });
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -215,6 +236,7 @@ impl Display {
             layout,
             sampler,
             black: black.create_view(&Default::default()),
+            cube: Cube::new(device),
         }
     }
 }
@@ -237,10 +259,12 @@ impl Paint {
                 Transform::Srgb => 0,
                 Transform::Filmic => 1,
                 Transform::Raw => 2,
+                Transform::Ocio if self.table.is_some() => 3,
+                Transform::Ocio => 0,
             },
             overlay: if self.distances.is_some() { self.overlay } else { 0.0 },
             kinds: [self.sides[0].0 as u32, self.sides[1].0 as u32],
-            pad: [0; 2],
+            shaper: color::shaper(),
             formula: [
                 curve.formula.at_infinity as f32,
                 curve.formula.metre_pixels as f32,
@@ -280,6 +304,7 @@ impl Display {
         };
         let [left, right, distances] =
             [view(&paint.sides[0].1), view(&paint.sides[1].1), view(&paint.distances)];
+        let cube = self.cube.view(device, &self.queue, paint.table.as_ref());
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("display"),
@@ -290,6 +315,7 @@ impl Display {
                 entry(2, wgpu::BindingResource::TextureView(&left)),
                 entry(3, wgpu::BindingResource::TextureView(&right)),
                 entry(4, wgpu::BindingResource::TextureView(&distances)),
+                entry(5, wgpu::BindingResource::TextureView(&cube)),
             ],
         });
         Callback::new_paint_callback(paint.rect, Painted { display: Arc::clone(self), group })

@@ -14,7 +14,8 @@ struct Params {
     transform: u32,
     overlay: f32,
     kinds: vec2u,
-    pad: vec2u,
+    // Of the table's sides: factor on light, factor on the logarithm.
+    shaper: vec2f,
     // A depth's circle of confusion: at infinity, pixels times metres, factor in front, factor behind.
     formula: vec4f,
     // Largest diameter; near and far end of what stays sharp, and whether there is such a range.
@@ -28,6 +29,7 @@ struct Params {
 @group(0) @binding(2) var left: texture_2d<f32>;
 @group(0) @binding(3) var right: texture_2d<f32>;
 @group(0) @binding(4) var distances: texture_2d<f32>;
+@group(0) @binding(5) var cube: texture_3d<f32>;
 
 const LINEAR_LIGHT = 0u;
 const ENCODED = 1u;
@@ -93,12 +95,50 @@ fn filmic(x: vec3f) -> vec3f {
     return (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
 }
 
+// Between the table's points by tetrahedra: as `Table::apply`, which exports use.
+fn looked_up(light: vec3f) -> vec3f {
+    let last = vec3f(textureDimensions(cube)) - 1.0;
+    let at = min(log2(light * params.shaper.x + 1.0) * params.shaper.y, vec3f(1.0)) * last;
+    let low = min(floor(at), last - 1.0);
+    let part = at - low;
+    let corner = vec3i(low);
+    // From the low corner to the high one, along the axis with the largest part first.
+    var first = vec3i(1, 0, 0);
+    var last_axis = vec3i(0, 0, 1);
+    if part.x >= part.y {
+        if part.y < part.z {
+            last_axis = vec3i(0, 1, 0);
+            if part.x < part.z {
+                first = vec3i(0, 0, 1);
+            }
+        }
+    } else if part.y >= part.z {
+        first = vec3i(0, 1, 0);
+        if part.x < part.z {
+            last_axis = vec3i(1, 0, 0);
+        }
+    } else {
+        first = vec3i(0, 0, 1);
+        last_axis = vec3i(1, 0, 0);
+    }
+    let second = vec3i(1) - first - last_axis;
+    let a = textureLoad(cube, corner, 0).rgb;
+    let b = textureLoad(cube, corner + first, 0).rgb;
+    let c = textureLoad(cube, corner + first + second, 0).rgb;
+    let d = textureLoad(cube, corner + vec3i(1), 0).rgb;
+    let along = vec3f(dot(part, vec3f(first)), dot(part, vec3f(second)), dot(part, vec3f(last_axis)));
+    return clamp(a + (b - a) * along.x + (c - b) * along.y + (d - c) * along.z, vec3f(0.0), vec3f(1.0));
+}
+
 fn shown(linear: vec3f) -> vec3f {
-    let light = max(linear * params.gain, vec3f(0.0));
+    let raised = linear * params.gain;
+    // What is no number is black; what is infinite is brighter than all that is told apart.
+    let light = select(vec3f(0.0), min(raised, vec3f(1e30)), raised > vec3f(0.0));
     switch params.transform {
         case 0u: { return encode(min(light, vec3f(1.0))); }
         case 1u: { return encode(clamp(filmic(min(light, vec3f(1e4))), vec3f(0.0), vec3f(1.0))); }
-        default: { return min(light, vec3f(1.0)); }
+        case 2u: { return min(light, vec3f(1.0)); }
+        default: { return looked_up(light); }
     }
 }
 

@@ -1,5 +1,6 @@
 //! From pictures in memory to what is on the screen.
 
+mod cube;
 mod display;
 mod texture;
 

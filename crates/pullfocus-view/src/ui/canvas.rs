@@ -82,6 +82,7 @@ impl App {
             overlay: self.look.overlay,
             gain: self.look.exposure.exp2(),
             transform: self.look.transform,
+            table: self.table(),
         };
         ui.painter().with_clip_rect(rect).add(self.display.paint(&paint, ui.ctx().pixels_per_point()));
         self.labels(ui, rect);

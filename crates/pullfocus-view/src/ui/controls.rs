@@ -234,12 +234,17 @@ impl App {
             );
         });
         let name = sensor::find(width).map_or("Sensors by name", |sensor| sensor.name);
-        egui::ComboBox::from_id_salt("sensor").selected_text(name).width(WIDTH - 40.0).show_ui(ui, |ui| {
-            for sensor in SENSORS {
-                let text = format!("{}  ({} mm)", sensor.name, sensor.width_mm);
-                ui.selectable_value(&mut width, sensor.width_mm, text);
-            }
-        });
+        egui::ComboBox::from_id_salt("sensor")
+            .selected_text(name)
+            .width(WIDTH - 40.0)
+            .show_ui(ui, |ui| {
+                for sensor in SENSORS {
+                    let text = format!("{}  ({} mm)", sensor.name, sensor.width_mm);
+                    ui.selectable_value(&mut width, sensor.width_mm, text);
+                }
+            })
+            .response
+            .on_hover_text("Usual sensors by name; one of them sets the width.");
         if width != before {
             let front = self.front();
             let lens = &mut self.document.takes[front].lens;
@@ -441,11 +446,15 @@ impl App {
                 self.look.right = wipes.then_some(View::Pinhole);
             }
             if let Some(right) = &mut self.look.right {
-                egui::ComboBox::from_id_salt("right").selected_text(right.text().0).show_ui(ui, |ui| {
-                    for view in View::ALL {
-                        ui.selectable_value(right, view, view.text().0);
-                    }
-                });
+                egui::ComboBox::from_id_salt("right")
+                    .selected_text(right.text().0)
+                    .show_ui(ui, |ui| {
+                        for view in View::ALL {
+                            ui.selectable_value(right, view, view.text().0);
+                        }
+                    })
+                    .response
+                    .on_hover_text("What is shown right of the border.");
             }
         });
         ui.horizontal(|ui| {
@@ -474,6 +483,7 @@ impl App {
                 ui.selectable_value(&mut self.look.transform, transform, name).on_hover_text(hint);
             }
         });
+        self.color_controls(ui);
         let state = self.engine.state();
         if let Some(comparison) = &state.comparison {
             ui.label(format!("FLIP {:.4}, PSNR {:.2} dB", comparison.flip, comparison.psnr))

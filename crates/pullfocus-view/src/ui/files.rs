@@ -49,8 +49,12 @@ impl App {
         self.loader.open(Request { path: None, options, frame });
     }
 
-    /// Opens a picture, a folder, a pattern or a shot.
+    /// Opens a picture, a folder, a pattern or a shot; takes a colour config for the screen.
     pub fn open_path(&mut self, path: &Path) {
+        if opening::is_config(path) {
+            self.choose_config(path);
+            return;
+        }
         self.loader.open(Request { path: Some(path.to_owned()), options: self.base.clone(), frame: 0 });
     }
 

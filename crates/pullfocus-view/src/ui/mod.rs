@@ -2,6 +2,7 @@
 
 mod browser;
 mod canvas;
+mod color;
 mod controls;
 mod files;
 mod keyboard;
@@ -41,6 +42,8 @@ pub struct Start {
     pub device: Choice,
     /// Where the session is kept; nowhere if not given.
     pub session: Option<PathBuf>,
+    /// What the environment variable OCIO holds: the studio's colour config.
+    pub ocio: Option<String>,
     /// Raised from outside (a signal), it closes the window.
     pub quit: Cancel,
 }
@@ -56,6 +59,7 @@ pub struct App {
     engine: Engine,
     loader: Loader,
     display: Arc<Display>,
+    colors: color::Panel,
     device: (eframe::wgpu::Device, eframe::wgpu::Queue),
     undo: Undoer<Document>,
     /// What is open, and the frame in front.
@@ -120,6 +124,7 @@ impl App {
             })
             .map_err(told)?;
         let session = start.session.as_deref().map(Session::read).unwrap_or_default();
+        let colors = color::Panel::start(ctx, start.ocio, &session.look.color).map_err(told)?;
         let (device, queue) = (render_state.device.clone(), render_state.queue.clone());
         let display = Arc::new(Display::new(&device, &queue, render_state.target_format));
         let mut app = Self {
@@ -131,6 +136,7 @@ impl App {
             engine,
             loader,
             display,
+            colors,
             device: (device, queue),
             undo: Undoer::default(),
             clip: None,
@@ -218,6 +224,7 @@ impl App {
         self.loader.is_idle()
             && !state.busy
             && self.coming.is_none()
+            && !self.colors.is_busy()
             && self.export.as_ref().is_none_or(Export::is_done)
             && (self.reference.is_none() || !self.look.shows(View::Difference) || state.comparison.is_some())
     }
@@ -384,6 +391,7 @@ impl eframe::App for App {
         self.play(&ctx);
         self.take_in(&ctx);
         self.take_reference();
+        self.take_colors();
         self.keyboard(&ctx);
         egui::Panel::top("menu").show(ui, |ui| self.menu(ui));
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui));

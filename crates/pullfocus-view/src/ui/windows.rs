@@ -25,7 +25,7 @@ struct Draft {
 }
 
 impl App {
-    fn folder(&self) -> PathBuf {
+    pub(super) fn folder(&self) -> PathBuf {
         let open = self.plate.as_ref().map(|plate| plate.path.clone());
         let path = open.or_else(|| self.session.recent.first().cloned());
         let folder = path.and_then(|path| path.parent().map(Path::to_owned)).filter(|folder| folder.is_dir());
@@ -164,6 +164,7 @@ impl App {
                 output: self.folder().join(draft.output.trim()),
                 overwrite: draft.overwrite,
                 transform: self.look.transform,
+                table: self.table(),
                 gain: self.look.exposure.exp2(),
                 fps: self.look.fps,
                 sharp_px: self.look.sharp_px,

@@ -28,6 +28,7 @@ fn again(session: &Path) -> Window {
         options: Options::default(),
         device: Choice::Cpu,
         session: Some(session.to_owned()),
+        ocio: None,
         quit: Cancel::new(),
     })
 }

@@ -170,6 +170,7 @@ fn the_last_session_comes_back() {
         options: Options::default(),
         device: Choice::Cpu,
         session: Some(session),
+        ocio: None,
         quit: Cancel::new(),
     };
     let mut window = with(start);

@@ -2,6 +2,7 @@
 //!
 //! With `PULLFOCUS_TEST_GPU=required` no adapter is a failure.
 
+mod color;
 mod ends;
 mod files;
 mod flows;
@@ -21,7 +22,8 @@ fn main() {
         eprintln!("PULLFOCUS_TEST_GPU=required, and there is no adapter");
         std::process::exit(101);
     }
-    let tests = flows::TESTS.iter().chain(pictures::TESTS).chain(files::TESTS).chain(ends::TESTS);
+    let all = [color::TESTS, flows::TESTS, pictures::TESTS, files::TESTS, ends::TESTS];
+    let tests = all.into_iter().flatten();
     let trials = tests
         .map(|&(name, test)| {
             let run = move || {

@@ -58,6 +58,7 @@ pub fn order(what: What, output: PathBuf) -> Order {
         output,
         overwrite: false,
         transform: Default::default(),
+        table: None,
         gain: 1.0,
         fps: 24.0,
         sharp_px: 2.0,
@@ -72,6 +73,7 @@ pub fn open(path: &Path, device: Choice, session: Option<&Path>) -> Window {
         options: Options::default(),
         device,
         session: session.map(Path::to_owned),
+        ocio: None,
         quit: Cancel::new(),
     };
     with(start)
