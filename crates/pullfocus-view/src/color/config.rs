@@ -13,6 +13,10 @@ const BUILT_IN: &str = "ocio://studio-config-latest";
 /// A config is text of some 100 kB, an archive holds its tables too; what is larger is another kind of file.
 const LARGEST_BYTES: u64 = 1 << 30;
 
+/// Configs are written without YAML's aliases. A few are somebody's short cut; many, one in another, would be a picture of any size
+/// once they are written out, and memory has an end.
+const MOST_ALIASES: usize = 8;
+
 /// What pictures are that were decoded from sRGB when they were read, by the names that configs have for it.
 const LINEAR_709: [&str; 6] = [
     "lin_rec709_scene",
@@ -124,8 +128,19 @@ fn open(path: &str) -> Result<Config, String> {
         if data.len() > LARGEST_BYTES {
             return Err(format!("it has {} bytes, more than any config", data.len()));
         }
+        let text = std::fs::read(path).map_err(|error| error.to_string())?;
+        if aliases(&text) > MOST_ALIASES {
+            return Err(format!("it refers back to itself (YAML's *name) more than {MOST_ALIASES} times"));
+        }
     }
     Config::create_from_file(path).map_err(|error| told(&error))
+}
+
+/// How often YAML's alias, a star before a name, stands where a value may begin.
+fn aliases(text: &[u8]) -> usize {
+    let begins = |byte: u8| byte.is_ascii_whitespace() || b",[{:-".contains(&byte);
+    let named = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
+    text.windows(3).filter(|at| begins(at[0]) && at[1] == b'*' && named(at[2])).count()
 }
 
 /// What a config offers; defaults where nothing was chosen.
@@ -309,6 +324,14 @@ colorspaces:
                     "ocio_profile_version: 2\nroles: {default: raw}\ncolorspaces:\n  - !<ColorSpace> {name: raw}\n",
                 ),
                 "no display",
+            ),
+            (
+                written(
+                    folder,
+                    "aliases.ocio",
+                    &(0..9).map(|i| format!("a{}: &a{} [*a{i}, *a{i}]\n", i + 1, i + 1)).collect::<String>(),
+                ),
+                "refers back",
             ),
             (one("self.ocio", "!<ColorSpaceTransform> {src: out, dst: lin}"), "Film"),
             (one("missing.ocio", "!<FileTransform> {src: none.cube}"), "none.cube"),
