@@ -123,7 +123,8 @@ Examples:
 
 const VIEW_EXAMPLES: &str = "\
 Click on the picture to focus there, drag to rack, wheel to zoom, F1 for the
-keys. Without IN the last session comes back.
+keys. Without IN the last session comes back. The environment variable OCIO
+names the colour config whose views are offered beside sRGB.
 
 Examples:
   pullfocus view frame.exr
