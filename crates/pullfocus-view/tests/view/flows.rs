@@ -100,7 +100,7 @@ fn a_file_is_opened_by_dropping_and_by_the_window() {
     window.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(other.clone())));
     settle(&mut window);
     let inputs = |window: &Window| window.state().document().shot().files.input.clone().unwrap();
-    assert_eq!(inputs(&window), [other.clone()]);
+    assert_eq!(inputs(&window), std::slice::from_ref(&other));
     let find = |window: &mut Window, label: &str| {
         window.key_press_modifiers(Modifiers::COMMAND, Key::O);
         wait_for(window, label);
