@@ -1,23 +1,29 @@
 //! What is open: the frames that options name, and one of them in memory as a [`Plate`].
 
 use crate::histogram::Histogram;
+use crate::locked::lock;
 use crate::proxy;
-use pullfocus_core::{Cancel, DepthKind, Distance, Plane, Scene, Size};
-use pullfocus_job::camera::{ASSUMED, FileCamera};
+use pullfocus_core::{Cancel, DepthKind, Distance, Picture, Plane, Scene, Size};
+use pullfocus_job::camera::{self, ASSUMED, FileCamera};
 use pullfocus_job::config::Options;
 use pullfocus_job::failure::{Failure, Result};
 use pullfocus_job::frames::FrameFiles;
 use pullfocus_job::job::Job;
 use pullfocus_job::load;
+use pullfocus_job::options::Lens;
 use pullfocus_job::purpose::Purpose;
+use pullfocus_job::values::Number;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// Frames that can be looked at.
 #[derive(Debug)]
 pub struct Clip {
     job: Job,
+    /// Whether every frame has a number of its own.
+    is_numbered: bool,
     /// For each frame the first one with the same files.
     sources: Vec<usize>,
     /// What it goes by in the window's title.
@@ -31,9 +37,29 @@ impl Clip {
     /// [`Failure`]: options that do not go together, files that are not there.
     pub fn open(options: &Options) -> Result<Self> {
         // How the picture is blurred is not what is opened: a lens that is wrong now can be set right in the window.
-        let options = Options { lens: Default::default(), ..options.clone() };
+        let given = &options.lens;
+        let options = Options { lens: Default::default(), keys: Default::default(), ..options.clone() };
         let mut job = Job::new(&options, Purpose::View)?;
         job.fallback = FileCamera::assumed();
+        // Distances along rays need the picture's angle, whatever the focus.
+        let angle = Lens {
+            fov_x: given.fov_x,
+            focal_length: given.focal_length,
+            sensor_width: given.sensor_width,
+            focus_distance: Some(Number(f64::INFINITY)),
+            ..Lens::default()
+        };
+        if camera::check(&angle).is_ok() {
+            job.lens = angle;
+        }
+        // In the order of their numbers, where they have any.
+        if job.frames.iter().all(|files| files.number.is_some()) {
+            job.frames.sort_by_key(|files| files.number);
+        }
+        let is_numbered = job.frames.windows(2).all(|pair| match (pair[0].number, pair[1].number) {
+            (Some(before), Some(after)) => before < after,
+            _ => false,
+        });
         let named =
             options.files.input.as_ref().and_then(|inputs| inputs.first()).or(options.files.behind.as_ref());
         let name = named.map_or_else(String::new, |path| file_name(path));
@@ -42,7 +68,7 @@ impl Clip {
             *first.entry(FrameFiles { number: None, ..files.clone() }).or_insert(index)
         });
         let sources = sources.collect();
-        Ok(Self { job, sources, name })
+        Ok(Self { job, is_numbered, sources, name })
     }
 
     /// How many frames there are; at least one.
@@ -65,9 +91,11 @@ impl Clip {
         self.job.frames.iter().flat_map(FrameFiles::read).cloned().collect()
     }
 
-    /// The number of a frame: its own, or its place from 1 where its name has none.
+    /// The number of a frame, which rises from frame to frame: its own, or its place from 1 where frames have no numbers or share
+    /// them.
     pub fn number(&self, index: usize) -> i64 {
-        self.files(index).and_then(|files| files.number).unwrap_or(index as i64 + 1)
+        let own = self.files(index).and_then(|files| files.number);
+        own.filter(|_| self.is_numbered || self.len() == 1).unwrap_or(index as i64 + 1)
     }
 
     /// The frame whose number is nearest.
@@ -81,9 +109,9 @@ impl Clip {
         self.sources.get(index).copied().unwrap_or(index)
     }
 
-    /// Whether it is one picture without a number, which can be held.
+    /// Whether it is one picture, which can be held.
     pub fn is_still(&self) -> bool {
-        self.len() == 1 && self.files(0).is_some_and(|files| files.number.is_none())
+        self.len() == 1
     }
 
     /// Reads a frame.
@@ -125,6 +153,8 @@ pub struct Plate {
     pub has_coc: bool,
     /// How much of the picture is how far away.
     pub histogram: Histogram,
+    /// The largest circle of confusion in pixels, where these were given; at least 1.
+    pub largest_coc: f32,
     /// What the user should know.
     pub warnings: Vec<String>,
     proxies: Mutex<Vec<(usize, Arc<Scene>)>>,
@@ -151,6 +181,8 @@ impl Plate {
         }
         let mut found = found;
         let has_coc = matches!(scene.base.distance, Distance::Coc(_));
+        let finite = depth.data().iter().map(|c| c.abs()).filter(|c| has_coc && c.is_finite());
+        let largest_coc = finite.fold(1.0, f32::max);
         let histogram = if has_coc { Histogram::default() } else { Histogram::of(&depth) };
         if let Some(focus) = found.focus_distance.as_mut().filter(|focus| focus.from == ASSUMED) {
             // What is in the middle of the picture is what it is about, more often than not.
@@ -169,6 +201,7 @@ impl Plate {
             depth,
             has_coc,
             histogram,
+            largest_coc,
             warnings,
             proxies: Mutex::default(),
         })
@@ -177,6 +210,24 @@ impl Plate {
     /// Width and height in pixels.
     pub fn size(&self) -> Size {
         self.scene.frame.data.size
+    }
+
+    /// The picture as it was rendered: what is near over the rest.
+    ///
+    /// # Errors
+    /// [`pullfocus_core::Error::OutOfMemory`].
+    pub fn in_focus(&self) -> pullfocus_core::Result<Cow<'_, Picture>> {
+        let base = &self.scene.base.picture;
+        let Some(near) = &self.scene.foreground else { return Ok(Cow::Borrowed(base)) };
+        let Some(alpha) = &near.picture.alpha else { return Ok(Cow::Borrowed(&near.picture)) };
+        let mut picture = base.clone();
+        for (under, over) in picture.colors.iter_mut().zip(&near.picture.colors) {
+            let covers = over.data().iter().zip(alpha.data());
+            for (under, (over, alpha)) in under.data_mut().iter_mut().zip(covers) {
+                *under = over + (1.0 - alpha) * *under;
+            }
+        }
+        Ok(Cow::Owned(picture))
     }
 
     /// Bytes of memory, proxies left out.
@@ -191,7 +242,7 @@ impl Plate {
     /// # Errors
     /// [`pullfocus_core::Error::OutOfMemory`].
     pub fn proxy(&self, n: usize) -> pullfocus_core::Result<Arc<Scene>> {
-        let mut proxies = self.proxies.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut proxies = lock(&self.proxies);
         if let Some((_, scene)) = proxies.iter().find(|(known, _)| *known == n) {
             return Ok(Arc::clone(scene));
         }

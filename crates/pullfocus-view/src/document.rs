@@ -55,6 +55,27 @@ impl Document {
         camera::resolve(&lens, &plate.found, &name).map_err(|failure| failure.to_string())
     }
 
+    /// The values of a take's lens at a frame, be it a lens or not: what the file says where nobody gives another.
+    pub fn values(&self, side: usize, plate: &Plate, frame: i64) -> LensValues {
+        if let Ok(resolved) = self.lens(side, plate, frame) {
+            return LensValues::of(&resolved);
+        }
+        let options = &self.takes[side];
+        let lens = shot::lens_at(&options.lens, &options.keys, Some(frame));
+        let found = &plate.found;
+        let one = |given: Option<Number>, found: &Option<Attribute>| {
+            given.map(|given| given.0).or(found.as_ref().map(|found| found.value))
+        };
+        let f_stop = one(lens.f_stop, &found.f_stop);
+        LensValues {
+            focus_m: one(lens.focus_distance, &found.focus_distance).unwrap_or(1.0),
+            f_stop: f_stop.filter(|_| lens.aperture_diameter.is_none()),
+            focal_mm: one(lens.focal_length, &found.focal_length),
+            sensor_mm: one(lens.sensor_width, &found.sensor_width),
+            fov_degrees: one(lens.fov_x, &found.fov_x),
+        }
+    }
+
     /// What is to be rendered for a take at a frame.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use crate::locked::lock;
 use crate::screen::Transform;
 use eframe::egui;
 use pullfocus::{Device, Renderer};
-use pullfocus_core::{Cancel, Picture};
+use pullfocus_core::{Cancel, Picture, Show};
 use pullfocus_io::output::{Existing, check_target};
 use pullfocus_io::sequence::Pattern;
 use pullfocus_job::draw::Canvas;
@@ -17,6 +17,7 @@ use pullfocus_job::purpose::Purpose;
 use pullfocus_job::track::{self, Writing};
 use pullfocus_job::values::{Label, Largest};
 use pullfocus_job::{load, storage};
+use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -57,6 +58,10 @@ pub struct Order {
     pub fps: f64,
     /// Circle of confusion in pixels up to which something counts as in focus.
     pub sharp_px: f64,
+    /// The take that is seen.
+    pub side: usize,
+    /// The layer that is seen alone; else what the shot shows.
+    pub show: Option<Show>,
     /// The program that makes movies: [`ENCODER`], or one that takes the same arguments.
     pub encoder: PathBuf,
 }
@@ -109,6 +114,9 @@ impl Export {
             let mut progress = lock(&theirs);
             progress.end = Some(match end {
                 Ok(()) => Ok(format!("Wrote {}.", order.output.display())),
+                Err(_) if stop.is_cancelled() && matches!(order.what, What::Movie | What::Camera) => {
+                    Err("Stopped: nothing is written.".into())
+                }
                 Err(_) if stop.is_cancelled() => Err(format!(
                     "Stopped: {} of {} frames are written, none by half.",
                     progress.done, progress.of
@@ -191,7 +199,8 @@ fn frames(
     for index in 0..clip.len() {
         cancel.check()?;
         let plate = clip.read(index, cancel)?;
-        let wanted = document.take(0, &plate, clip.number(index)).map_err(Failure::failed)?;
+        let mut wanted = document.take(order.side, &plate, clip.number(index)).map_err(Failure::failed)?;
+        wanted.settings.show = order.show.unwrap_or(wanted.settings.show);
         let mut scene = plate.scene;
         renderer.render(&mut scene, wanted.camera.as_ref(), &wanted.settings, cancel)?;
         take(index, seen(&scene.base.picture, order))?;
@@ -255,11 +264,18 @@ fn movie(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, tell:
     let folder = tempfile::Builder::new().prefix(".pullfocus-movie-").tempdir_in(folder)?;
     let half = folder.path().join(format!("movie.{ending}"));
     let mut encoder: Option<Encoder> = None;
+    let mut size = None;
     frames(clip, document, order, cancel, |index, canvas| {
         let encoder = match &mut encoder {
             Some(encoder) => encoder,
             none => none.insert(Encoder::start(order, &half, &canvas)?),
         };
+        if (canvas.width, canvas.height) != *size.get_or_insert((canvas.width, canvas.height)) {
+            return Err(Failure::failed(format!(
+                "frame {} is of another size than the first; a movie has one size: write a picture sequence",
+                clip.number(index)
+            )));
+        }
         encoder.take(&canvas)?;
         tell(index + 1, clip.len());
         Ok(())
@@ -279,12 +295,16 @@ const MOVIES: [&str; 3] = ["mp4", "mov", "mkv"];
 /// A run of the encoder. Dropped before it is finished, it is stopped.
 struct Encoder {
     name: String,
+    /// Where its messages are.
+    said: PathBuf,
     child: Child,
 }
 
 impl Encoder {
     fn start(order: &Order, output: &Path, canvas: &Canvas) -> Result<Self> {
         let name = order.encoder.display().to_string();
+        // A file, not a pipe: what nobody reads in time would stop it.
+        let said = output.with_extension("txt");
         let fps = order.fps.to_string();
         let size = format!("{}x{}", canvas.width, canvas.height);
         let child = Command::new(&order.encoder)
@@ -294,14 +314,14 @@ impl Encoder {
             .arg(output)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
-            .stderr(Stdio::piped())
+            .stderr(File::create(&said)?)
             .spawn()
             .map_err(|error| {
                 Failure::failed(format!(
                     "movies are made by the program {name}, which cannot be started ({error}); install it, or write a picture sequence"
                 ))
             })?;
-        Ok(Self { name, child })
+        Ok(Self { name, said, child })
     }
 
     fn take(&mut self, canvas: &Canvas) -> Result<()> {
@@ -320,16 +340,13 @@ impl Encoder {
     /// Waits for its end: what it made of the pictures.
     fn end(&mut self) -> Result<Result<()>> {
         drop(self.child.stdin.take());
-        let mut said = String::new();
-        if let Some(stderr) = self.child.stderr.take() {
-            // It may speak any language.
-            let mut bytes = Vec::new();
-            stderr.take(1 << 16).read_to_end(&mut bytes)?;
-            said = String::from_utf8_lossy(&bytes).into_owned();
-        }
         if self.child.wait()?.success() {
             return Ok(Ok(()));
         }
+        let mut bytes = Vec::new();
+        File::open(&self.said)?.take(1 << 16).read_to_end(&mut bytes)?;
+        // It may speak any language.
+        let said = String::from_utf8_lossy(&bytes);
         let last = said.lines().last().unwrap_or("it does not say why");
         Ok(Err(Failure::failed(format!("{} could not make the movie: {last}", self.name))))
     }

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-/// Frames kept, in bytes.
-const ROOM: usize = 2 << 30;
+/// Bytes of frames that are kept, where nobody says another number.
+pub const ROOM: usize = 2 << 30;
 
 /// What is to be opened.
 #[derive(Debug, Clone)]
@@ -24,6 +24,8 @@ pub struct Request {
     pub options: Options,
     /// The frame to look at.
     pub frame: i64,
+    /// Take B, where it is another than take A.
+    pub other: Option<Options>,
 }
 
 /// What there is.
@@ -54,14 +56,23 @@ impl Shelf {
         self.plates.iter().any(|(known, _)| *known == index)
     }
 
-    fn keep(&mut self, index: usize, plate: Arc<Plate>) {
+    /// Keeps a frame; where there is not room for all, those go that are not wanted, the oldest first.
+    fn keep(&mut self, index: usize, plate: Arc<Plate>, wanted: &[usize], room: usize) {
         self.plates.retain(|(known, _)| *known != index);
         self.plates.push((index, plate));
         let bytes =
             |plates: &[(usize, Arc<Plate>)]| plates.iter().map(|(_, plate)| plate.bytes()).sum::<usize>();
-        while self.plates.len() > 1 && bytes(&self.plates) > ROOM {
-            self.plates.remove(0);
+        while self.plates.len() > 1 && bytes(&self.plates) > room {
+            let oldest = self.plates.iter().position(|(known, _)| !wanted.contains(known) && *known != index);
+            let Some(oldest) = oldest else { break };
+            self.plates.remove(oldest);
         }
+    }
+
+    /// How many frames there is room for; one at least.
+    fn fits(&self, room: usize) -> usize {
+        let largest = self.plates.iter().map(|(_, plate)| plate.bytes()).max().unwrap_or(0);
+        room.checked_div(largest).unwrap_or(usize::MAX).max(1)
     }
 }
 
@@ -70,6 +81,8 @@ struct Inbox {
     open: Option<Request>,
     /// Frames to have, the most urgent first.
     wanted: Vec<usize>,
+    /// Those that were wanted when the user stopped the reading: not again until others are.
+    stopped: Option<Vec<usize>>,
     quit: bool,
 }
 
@@ -78,6 +91,7 @@ struct Shared {
     wake: Condvar,
     shelf: Mutex<Shelf>,
     cancel: Mutex<Cancel>,
+    room: usize,
     ctx: egui::Context,
 }
 
@@ -88,16 +102,17 @@ pub struct Loader {
 }
 
 impl Loader {
-    /// Starts the thread.
+    /// Starts the thread; frames of `room` bytes are kept.
     ///
     /// # Errors
     /// The system's, if there is no thread to be had.
-    pub fn start(ctx: &egui::Context) -> std::io::Result<Self> {
+    pub fn start(ctx: &egui::Context, room: usize) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
             inbox: Mutex::default(),
             wake: Condvar::new(),
             shelf: Mutex::default(),
             cancel: Mutex::default(),
+            room,
             ctx: ctx.clone(),
         });
         let theirs = Arc::clone(&shared);
@@ -111,14 +126,17 @@ impl Loader {
         let mut inbox = lock(&self.shared.inbox);
         inbox.open = Some(request);
         inbox.wanted.clear();
+        inbox.stopped = None;
         lock(&self.shared.shelf).fault = None;
         self.shared.wake.notify_one();
     }
 
-    /// Frames to have, the most urgent first.
-    pub fn want(&self, frames: Vec<usize>) {
+    /// Frames to have, the most urgent first; as many of them as there is room for.
+    pub fn want(&self, mut frames: Vec<usize>) {
         let mut inbox = lock(&self.shared.inbox);
-        if inbox.open.is_none() && inbox.wanted != frames {
+        frames.truncate(lock(&self.shared.shelf).fits(self.shared.room));
+        if inbox.open.is_none() && inbox.wanted != frames && inbox.stopped.as_ref() != Some(&frames) {
+            inbox.stopped = None;
             inbox.wanted = frames;
             self.shared.wake.notify_one();
         }
@@ -128,7 +146,7 @@ impl Loader {
     pub fn cancel(&self) {
         let mut inbox = lock(&self.shared.inbox);
         inbox.open = None;
-        inbox.wanted.clear();
+        inbox.stopped = Some(std::mem::take(&mut inbox.wanted));
         lock(&self.shared.cancel).cancel();
     }
 
@@ -203,11 +221,12 @@ fn run(shared: &Shared) {
             Task::Open(request) => open(shared, *request, &cancel),
             Task::Read(clip, index) => {
                 let read = clip.read(index, &cancel);
+                let wanted = lock(&shared.inbox).wanted.clone();
                 let mut shelf = lock(&shared.shelf);
                 // Something else may have been opened meanwhile.
                 if shelf.clip.as_ref().is_some_and(|now| Arc::ptr_eq(now, &clip)) {
                     match read {
-                        Ok(plate) => shelf.keep(index, Arc::new(plate)),
+                        Ok(plate) => shelf.keep(index, Arc::new(plate), &wanted, shared.room),
                         Err(failure) if failure.is_cancelled() => {}
                         Err(failure) => {
                             shelf.faults.insert(index, failure.to_string());
@@ -223,7 +242,7 @@ fn run(shared: &Shared) {
 
 /// Opens a clip with its first frame; only where both work does it take the place of what was open.
 fn open(shared: &Shared, request: Request, cancel: &Cancel) {
-    let Request { path, options, frame } = request;
+    let Request { path, options, frame, other } = request;
     let opened = (|| {
         let options = match &path {
             Some(path) => opening::options(path, &options)?,
@@ -236,9 +255,9 @@ fn open(shared: &Shared, request: Request, cancel: &Cancel) {
     let mut shelf = lock(&shared.shelf);
     match opened {
         Ok((options, clip, plate)) => {
-            let opened = Some(Request { path, options, frame });
+            let opened = Some(Request { path, options, frame, other });
             *shelf = Shelf { clip: Some(Arc::new(clip)), opened, ..Shelf::default() };
-            shelf.keep(0, Arc::new(plate));
+            shelf.keep(0, Arc::new(plate), &[], shared.room);
         }
         Err(failure) if failure.is_cancelled() => {}
         Err(failure) => shelf.fault = Some(failure.to_string()),

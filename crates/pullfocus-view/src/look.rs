@@ -142,6 +142,11 @@ impl Look {
         }
     }
 
+    /// Whether take B is looked at and nothing of take A.
+    pub fn is_of_b_alone(&self) -> bool {
+        self.left == View::Other && matches!(self.right, None | Some(View::Other))
+    }
+
     /// Whether a take is looked at.
     pub fn shows(&self, view: View) -> bool {
         self.left == view || self.right == Some(view)

@@ -103,6 +103,8 @@ pub fn options(path: &Path, base: &Options) -> Result<Options> {
         // The longest sequence is what the folder is about.
         let most = entries
             .into_iter()
+            // Of those that are as long, the first by name.
+            .rev()
             .filter(|entry| has_ending(&entry.path, &PICTURES))
             .max_by_key(|entry| (entry.frames, has_ending(&entry.path, &["exr"])));
         most.ok_or_else(|| {

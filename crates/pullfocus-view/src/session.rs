@@ -18,8 +18,12 @@ pub struct Session {
     pub recent: Vec<PathBuf>,
     /// The shot that was open, as a settings file's text.
     pub shot: Option<String>,
+    /// Take B, as a settings file's text, where it is another than the shot.
+    pub other: Option<String>,
     /// The file that the shot was saved in, if it was.
     pub shot_path: Option<PathBuf>,
+    /// What was written there.
+    pub shot_text: Option<String>,
     /// The frame that was looked at.
     pub frame: i64,
     /// Dark or light, as the system has it if not given.

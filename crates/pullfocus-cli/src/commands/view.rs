@@ -18,7 +18,7 @@ pub fn run(args: ViewArgs, cancel: &Cancel) -> Result<()> {
     use pullfocus_view::engine::Choice;
     use pullfocus_view::session::Session;
     use pullfocus_view::ui::Start;
-    use pullfocus_view::{clip::Clip, opening, window};
+    use pullfocus_view::{clip::Clip, loader, opening, window};
 
     let ViewArgs { files, lens, depth, circle, blur, no_session } = args;
     let device = match blur.device.clone().unwrap_or_default().0 {
@@ -28,18 +28,21 @@ pub fn run(args: ViewArgs, cancel: &Cancel) -> Result<()> {
     };
     let (view, run, keys) = (CocView::default(), Run::default(), Pull::default());
     let mut options = Options { files, lens, depth, circle, blur, view, run, keys };
-    let single =
-        options.files.input.as_ref().filter(|inputs| inputs.len() == 1).and_then(|inputs| inputs.first());
-    if let Some(path) = single.cloned() {
-        options = opening::options(&path, &options)?;
-    }
-    if options.files.input.is_some() || options.files.behind.is_some() {
-        // What cannot be opened is told here, before there is a window.
+    // What cannot be opened is told here, before there is a window.
+    let path = match options.files.input.as_deref() {
+        Some([single]) => Some(single.clone()),
+        _ => None,
+    };
+    if let Some(path) = &path {
+        Clip::open(&opening::options(path, &options)?)?;
+        options.files.input = None;
+    } else if options.files.input.is_some() || options.files.behind.is_some() {
         Clip::open(&options)?;
     }
     let session = if no_session { None } else { Session::usual_path() };
     let ocio = std::env::var("OCIO").ok();
-    let start = Start { path: None, options, device, session, ocio, quit: cancel.clone() };
+    let (frame_memory, quit) = (loader::ROOM, cancel.clone());
+    let start = Start { path, options, device, session, ocio, frame_memory, quit };
     window::run(start).map_err(Failure::failed)
 }
 

@@ -3,7 +3,7 @@
 use super::Shown;
 use crate::screen::{self, Texture};
 use eframe::wgpu;
-use pullfocus_core::{Picture, Plane, Size};
+use pullfocus_core::{Picture, Plane};
 use pullfocus_io::Limits;
 use pullfocus_job::storage;
 use std::path::{Path, PathBuf};
@@ -153,12 +153,4 @@ pub fn texels(
         .flat_map(|line| line[..TEXEL * width].chunks_exact(TEXEL))
         .map(|texel| [0, 2, 4, 6].map(|at| half(&texel[at..at + 2])))
         .collect())
-}
-
-/// The size of a reference, to tell early that it will not do.
-impl Reference {
-    /// Width and height.
-    pub fn size(&self) -> Size {
-        self.display[0].size()
-    }
 }

@@ -39,7 +39,9 @@ pub struct Ask {
 }
 
 impl Ask {
-    fn same(&self, other: &Self) -> bool {
+    /// Whether an answer to this one answers the other too. A hand that is on the mouse and changes nothing is no reason to begin
+    /// anew; one that lets go wants the fine picture.
+    fn answers(&self, other: &Self) -> bool {
         let same_reference = match (&self.reference, &other.reference) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (None, None) => true,
@@ -47,7 +49,7 @@ impl Ask {
         };
         Arc::ptr_eq(&self.plate, &other.plate)
             && self.takes == other.takes
-            && self.hurry == other.hurry
+            && (!self.hurry || other.hurry)
             && same_reference
     }
 }
@@ -223,7 +225,7 @@ impl Engine {
     /// Asks for pictures. Asking for the same again is free.
     pub fn ask(&self, ask: Ask) {
         let mut inbox = lock(&self.shared.inbox);
-        if inbox.ask.as_ref().is_some_and(|last| last.same(&ask)) {
+        if inbox.ask.as_ref().is_some_and(|last| last.answers(&ask)) {
             return;
         }
         inbox.ask = Some(ask);

@@ -8,7 +8,7 @@ use crate::clip::Plate;
 use crate::locked::lock;
 use crate::screen::{self, Texture};
 use eframe::wgpu;
-use pullfocus_core::{Error, Report};
+use pullfocus_core::{Error, Layering, Method, Report, Settings, Size};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -23,6 +23,8 @@ pub struct Worker {
     shared: Arc<Shared>,
     gpu: Option<GpuBlur>,
     gpu_name: String,
+    /// What the GPU could not do, and why: it is not asked again.
+    refused: Option<(Size, Method, Layering, String)>,
     cpu: CpuBlur,
     device: (wgpu::Device, wgpu::Queue),
     serial: u64,
@@ -50,6 +52,7 @@ impl Worker {
             shared: Arc::clone(shared),
             gpu: on_gpu.then(|| GpuBlur::new(device, queue)),
             gpu_name: gpu_name.to_owned(),
+            refused: None,
             cpu: CpuBlur::new(device, queue),
             device: (device.clone(), queue.clone()),
             serial: 0,
@@ -77,8 +80,9 @@ impl Worker {
                 if let Some(ask) = ask {
                     self.answer(&ask);
                 }
-                let mut state = lock(&shared.state);
-                state.busy = !self.is_current();
+                // The inbox first, as everywhere.
+                let inbox = lock(&shared.inbox);
+                lock(&shared.state).busy = inbox.serial != self.serial && !inbox.quit;
             }
             if let Some(probe) = probe {
                 self.look_at(probe);
@@ -103,7 +107,9 @@ impl Worker {
         for fine in [false, true] {
             for side in 0..ask.takes.len() {
                 let Some(take) = &ask.takes[side] else {
-                    lock(&self.shared.state).shown[side] = None;
+                    // It is looked at again at once when the eye goes back and forth.
+                    let shown = &mut lock(&self.shared.state).shown[side];
+                    *shown = shown.take().filter(|shown| Arc::ptr_eq(&shown.plate, &ask.plate));
                     continue;
                 };
                 if !self.side(ask, side, take, fine) {
@@ -126,7 +132,7 @@ impl Worker {
         let (device, queue) = &self.device;
         let frame = OnDevice {
             plate: Arc::clone(plate),
-            pinhole: screen::from_picture(device, queue, &plate.scene.base.picture)?,
+            pinhole: screen::from_picture(device, queue, &*plate.in_focus()?)?,
             distances: screen::distances(device, queue, &plate.depth, None)?,
         };
         lock(&self.shared.state).frame = Some(Arc::new(frame));
@@ -138,12 +144,13 @@ impl Worker {
     fn side(&mut self, ask: &Ask, side: usize, take: &Take, fine: bool) -> bool {
         let known = lock(&self.shared.state).shown[side].clone();
         let known = known.filter(|known| known.is_of(&ask.plate, take));
-        let reduced = if fine || self.on_gpu(take) { 1 } else { self.cpu.reduction(&ask.plate, take) };
+        let on_gpu = self.on_gpu(&ask.plate, take);
+        let reduced = if fine || on_gpu { 1 } else { self.cpu.reduction(&ask.plate, take) };
         if known.is_some_and(|known| known.reduced <= reduced) {
             return true;
         }
         let start = Instant::now();
-        match self.render(&ask.plate, take, reduced) {
+        match self.render(&ask.plate, take, (reduced, fine)) {
             Ok((made, device)) => {
                 let Made { texture, reduced, report } = made;
                 let shown = Shown {
@@ -157,13 +164,14 @@ impl Worker {
                 };
                 let milliseconds = 1e3 * shown.time.as_secs_f64();
                 tracing::debug!(milliseconds, reduced, "picture");
+                // Another file may have been opened meanwhile: its pictures come alone.
+                let inbox = lock(&self.shared.inbox);
+                if !inbox.ask.as_ref().is_some_and(|now| Arc::ptr_eq(&now.plate, &ask.plate)) {
+                    return false;
+                }
                 let mut state = lock(&self.shared.state);
                 state.shown[side] = Some(Arc::new(shown));
                 state.count += 1;
-                if side == 0 {
-                    // It was of the picture before.
-                    state.comparison = None;
-                }
             }
             Err(Error::Cancelled) => return false,
             Err(error) => {
@@ -175,20 +183,39 @@ impl Worker {
         self.is_current()
     }
 
-    fn on_gpu(&self, take: &Take) -> bool {
-        self.gpu.is_some() && take.settings.method.expect_on_gpu().is_ok()
+    fn on_gpu(&self, plate: &Plate, take: &Take) -> bool {
+        self.gpu.is_some()
+            && take.settings.method.expect_on_gpu().is_ok()
+            && self.refusal(plate, take).is_none()
     }
 
-    fn render(&mut self, plate: &Arc<Plate>, take: &Take, reduced: usize) -> Result<(Made, String), Error> {
-        let mut note = None;
-        if let Some(gpu) = &mut self.gpu {
+    /// Why the GPU cannot do this, where it was asked before.
+    fn refusal(&self, plate: &Plate, take: &Take) -> Option<String> {
+        let Settings { method, layering, .. } = &take.settings;
+        let is_this = |(size, known, layers, _): &&(Size, Method, Layering, String)| {
+            *size == plate.size() && known == method && layers == layering
+        };
+        self.refused.as_ref().filter(is_this).map(|(.., note)| note.clone())
+    }
+
+    fn render(
+        &mut self,
+        plate: &Arc<Plate>,
+        take: &Take,
+        (reduced, fine): (usize, bool),
+    ) -> Result<(Made, String), Error> {
+        let mut note = self.refusal(plate, take);
+        if let Some(gpu) = self.gpu.as_mut().filter(|_| note.is_none()) {
             match gpu.render(plate, take) {
                 Ok(made) => {
                     lock(&self.shared.state).note = None;
                     return Ok((made, self.gpu_name.clone()));
                 }
                 Err(error) if is_devices(&error) => {
-                    note = Some(format!("on the CPU, not on {}: {error}", self.gpu_name));
+                    let text = format!("on the CPU, not on {}: {error}", self.gpu_name);
+                    let Settings { method, layering, .. } = take.settings;
+                    self.refused = Some((plate.size(), method, layering, text.clone()));
+                    note = Some(text);
                     if matches!(error, Error::DeviceLost { .. }) {
                         self.gpu = None;
                     }
@@ -200,7 +227,7 @@ impl Worker {
         // What is shown soon is finished even if something newer was asked for: while a hand moves, something newer always
         // was, and nothing would ever be seen.
         let never = pullfocus_core::Cancel::new();
-        let cancel = if reduced > 1 { &never } else { &self.shared.cancel };
+        let cancel = if fine { &self.shared.cancel } else { &never };
         Ok((self.cpu.render(plate, take, reduced, cancel)?, "CPU".into()))
     }
 
@@ -232,8 +259,11 @@ impl Worker {
         // A few tenths of a second: it is not worth stopping, and its result is dropped where it comes late.
         let work = move || {
             let comparison = Comparison::new(&device, &queue, &reference, &shown);
+            // Another reference may have been chosen meanwhile.
+            let wanted = lock(&shared.inbox).ask.as_ref().and_then(|ask| ask.reference.clone());
+            let is_wanted = wanted.is_some_and(|wanted| Arc::ptr_eq(&wanted, &reference));
             let mut state = lock(&shared.state);
-            if state.shown[0].as_ref().is_some_and(|now| Arc::ptr_eq(now, &shown)) {
+            if is_wanted && state.shown[0].as_ref().is_some_and(|now| Arc::ptr_eq(now, &shown)) {
                 match comparison {
                     Ok(comparison) => state.comparison = Some(Arc::new(comparison)),
                     Err(sentence) => state.fault = Some(sentence),

@@ -1,12 +1,14 @@
 //! The picture: what is drawn, and what a hand does on it.
 
 use super::App;
+use crate::clip::Plate;
 use crate::document::Quantity;
 use crate::look::View;
 use crate::screen::{Kind, Paint, Texture};
 use eframe::egui::{self, Pos2, Rect, Response, Sense, Vec2};
 use pullfocus_core::coc::{CocCurve, CocSettings};
 use pullfocus_core::{CocFormula, Frame};
+use std::sync::Arc;
 
 /// Screen points for a pixel, at the least and at the most.
 const ZOOMS: [f32; 2] = [0.02, 64.0];
@@ -64,7 +66,7 @@ impl App {
         self.focus_by_hand(ui, &response, &place);
 
         let (left, right) = (self.side(self.look.left), self.look.right.map(|view| self.side(view)));
-        let take = self.document.take(0, &plate, self.frame_number()).ok();
+        let take = self.document.take(self.front(), &plate, self.plate_frame).ok();
         let curve = curve(&plate.scene.frame, take.as_ref());
         let depth_range = plate.histogram.range.unwrap_or([1.0, 10.0]);
         let paint = Paint {
@@ -188,9 +190,32 @@ impl App {
         self.plate.as_ref()?.depth_to_focus(x as usize, y as usize)
     }
 
+    /// The picture, if it is the frame's in front; else says that it is not there.
+    pub(super) fn plate_here(&mut self) -> Option<Arc<Plate>> {
+        if self.plate_frame != self.frame_number() {
+            self.say(format!(
+                "Frame {} is not there yet: this is {}.",
+                self.frame_number(),
+                self.plate_frame
+            ));
+            return None;
+        }
+        self.plate.clone()
+    }
+
+    /// One pixel of the picture for one of the screen's, about the middle of what is seen.
+    pub(super) fn full_size(&mut self) {
+        let Some(plate) = &self.plate else { return };
+        if self.look.zoom.is_none() {
+            let size = plate.size();
+            self.look.center = [0.5 * size.width as f32, 0.5 * size.height as f32];
+        }
+        self.look.zoom = Some(1.0 / self.ctx.pixels_per_point());
+    }
+
     /// Focuses on what is at a pixel; on infinity where nothing is.
     pub(super) fn focus_at(&mut self, pixel: [f32; 2]) {
-        let Some(plate) = &self.plate else { return };
+        let Some(plate) = self.plate_here() else { return };
         let size = plate.size();
         let outside = |at: f32, length: usize| at < 0.0 || at >= length as f32;
         if plate.has_coc || outside(pixel[0], size.width) || outside(pixel[1], size.height) {
@@ -202,10 +227,17 @@ impl App {
 
     /// Keys a rack from one pixel here to another a second later, or at the last frame.
     fn rack(&mut self, from: [f32; 2], to: [f32; 2]) {
-        let (Some(from), Some(to)) = (self.distance_at(from), self.distance_at(to)) else { return };
+        if self.plate_here().is_none_or(|plate| plate.has_coc) {
+            return;
+        }
+        let [from, to] = [from, to].map(|pixel| self.distance_at(pixel).unwrap_or(f64::INFINITY));
         let (first, last) = self.frame_range();
         let start = self.frame_number();
         let end = (start + self.look.fps.round() as i64).min(last).max(first);
+        if end == start {
+            self.say("A rack needs a frame after this one: hold the still, or go back in the sequence.");
+            return;
+        }
         for (frame, metres) in [(start, from), (end, to)] {
             let key = pullfocus_core::pull::Key { focus_distance_m: Some(metres), ..Default::default() };
             let result = self.document.set_key(self.front(), key, frame);
@@ -233,8 +265,7 @@ impl App {
     }
 
     fn labels(&self, ui: &egui::Ui, rect: Rect) {
-        let label = |at: Pos2, align, view: View| {
-            let text = view.text().0;
+        let label = |at: Pos2, align, text: &str| {
             let galley = ui.painter().layout_no_wrap(
                 text.into(),
                 egui::FontId::proportional(13.0),
@@ -248,13 +279,17 @@ impl App {
             );
             ui.painter().galley(place, galley, egui::Color32::WHITE);
         };
-        label(rect.left_top() + Vec2::splat(10.0), 0.0, self.look.left);
+        let text = self.look.left.text().0;
+        // A frame that is not there yet is not what it seems.
+        let is_late = self.plate_frame != self.frame_number();
+        let late = format!("{text} – still frame {}", self.plate_frame);
+        label(rect.left_top() + Vec2::splat(10.0), 0.0, if is_late { &late } else { text });
         if let Some(right) = self.look.right {
-            label(rect.right_top() + Vec2::new(-10.0, 10.0), 1.0, right);
+            label(rect.right_top() + Vec2::new(-10.0, 10.0), 1.0, right.text().0);
         }
     }
 
-    /// The border between the sides, to be taken with the mouse or moved by the arrow keys.
+    /// The border between the sides, to be taken with the mouse.
     fn wipe_handle(&mut self, ui: &mut egui::Ui, rect: Rect) {
         self.dragging_wipe = false;
         if self.look.right.is_none() {
@@ -283,15 +318,9 @@ impl App {
     }
 
     /// Diameter that has the full colour: the largest in the picture.
-    fn coc_range(&self, plate: &crate::clip::Plate, curve: &CocCurve) -> f32 {
+    fn coc_range(&self, plate: &Plate, curve: &CocCurve) -> f32 {
         if plate.has_coc {
-            return plate
-                .depth
-                .data()
-                .iter()
-                .copied()
-                .filter(|c| c.is_finite())
-                .fold(1.0, |most, c| c.abs().max(most));
+            return plate.largest_coc;
         }
         let Some([near, far]) = plate.histogram.range else { return 1.0 };
         let nothing = if plate.histogram.nothing > 0 { f64::INFINITY } else { far };

@@ -17,8 +17,7 @@ impl App {
     /// The lens of the take in front at this frame.
     pub fn lens_values(&self) -> Option<LensValues> {
         let plate = self.plate.as_ref().filter(|plate| !plate.has_coc)?;
-        let resolved = self.document.lens(self.front(), plate, self.frame_number()).ok()?;
-        Some(LensValues::of(&resolved))
+        Some(self.document.values(self.front(), plate, self.frame_number()))
     }
 
     pub(super) fn controls(&mut self, ui: &mut Ui) {

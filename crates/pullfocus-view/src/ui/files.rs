@@ -1,7 +1,7 @@
 //! Opening and saving, and what a restart brings back.
 
 use super::App;
-use crate::document::Document;
+use crate::document::{Document, keep_assumed};
 use crate::engine::Reference;
 use crate::loader::Request;
 use crate::look::View;
@@ -10,6 +10,8 @@ use crate::{clip, opening};
 use eframe::egui;
 use pullfocus_io::output::Existing;
 use pullfocus_job::config::{self, Options};
+use pullfocus_job::options::Blur;
+use pullfocus_job::storage;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::{Arc, mpsc};
@@ -25,6 +27,15 @@ pub(super) struct ShotFile {
 }
 
 impl ShotFile {
+    /// As a session remembers it.
+    pub fn kept(path: PathBuf, text: Option<String>) -> Self {
+        Self { path, text }
+    }
+
+    pub fn text(&self) -> Option<&str> {
+        self.text.as_deref()
+    }
+
     /// A file that is there.
     fn of(path: &Path) -> Self {
         let text = config::read(path).and_then(|options| config::text(&options, path)).ok();
@@ -44,9 +55,10 @@ impl App {
         let Some(options) = self.session.shot.as_deref().and_then(|text| config::parse(text).ok()) else {
             return;
         };
-        self.saved = self.session.shot_path.as_deref().filter(|path| path.is_file()).map(ShotFile::of);
-        let frame = self.session.frame;
-        self.loader.open(Request { path: None, options, frame });
+        let other = self.session.other.as_deref().and_then(|text| config::parse(text).ok());
+        let Session { shot_path, shot_text, frame, .. } = &self.session;
+        self.saved = shot_path.clone().map(|path| ShotFile::kept(path, shot_text.clone()));
+        self.loader.open(Request { path: None, options, frame: *frame, other });
     }
 
     /// Opens a picture, a folder, a pattern or a shot; takes a colour config for the screen.
@@ -55,12 +67,17 @@ impl App {
             self.choose_config(path);
             return;
         }
-        self.loader.open(Request { path: Some(path.to_owned()), options: self.base.clone(), frame: 0 });
+        // Options of the command line are for what it opens; the device is for all.
+        let device = self.base.blur.device.clone();
+        let blur = Blur { device, ..Blur::default() };
+        let options = std::mem::replace(&mut self.base, Options { blur, ..Options::default() });
+        self.loader.open(Request { path: Some(path.to_owned()), options, frame: 0, other: None });
     }
 
     /// Remembers what was opened.
-    pub(super) fn opened(&mut self, request: &Request) {
+    fn opened(&mut self, request: &Request) {
         let Some(path) = &request.path else { return };
+        self.keep_unsaved();
         self.saved = opening::is_shot(path).then(|| ShotFile::of(path));
         self.session.opened(path);
     }
@@ -117,22 +134,58 @@ impl App {
         }
     }
 
+    /// Keeps a pull that was never saved, when another file takes its place.
+    fn keep_unsaved(&mut self) {
+        let shot = self.document.shot();
+        let (Some(session), false, true) = (&self.session_path, shot.keys.is_empty(), self.is_unsaved())
+        else {
+            return;
+        };
+        let path = session.with_file_name("unsaved.toml");
+        match storage::save_bytes(&path, config::write(&absolute(shot)).as_bytes()) {
+            Ok(()) => {
+                self.say(format!("The pull that was not saved is kept in {}.", path.display()));
+                self.session.opened(&path);
+            }
+            Err(failure) => self.say(failure.to_string()),
+        }
+    }
+
+    /// Whether the shot is another than its file holds.
+    fn is_unsaved(&self) -> bool {
+        let saved = self
+            .saved
+            .as_ref()
+            .and_then(|saved| Some(config::text(self.document.shot(), &saved.path).ok()? == saved.text()?));
+        self.clip.is_some() && saved != Some(true)
+    }
+
+    /// Whether something changed that a restart should bring back.
+    pub(super) fn has_news(&self) -> bool {
+        let (document, look, frame) = &self.kept_state;
+        *document != self.document || *look != self.look || *frame != self.frame_number()
+    }
+
     /// Remembers what a restart brings back.
     pub(super) fn keep_session(&mut self) {
         self.kept = Instant::now();
+        self.kept_state = (self.document.clone(), self.look.clone(), self.frame_number());
         let Some(path) = self.session_path.clone() else { return };
         let mut session = Session {
             look: self.look.clone(),
             frame: self.frame_number(),
             shot_path: self.saved.as_ref().map(|saved| saved.path.clone()),
+            shot_text: self.saved.as_ref().and_then(|saved| saved.text().map(str::to_owned)),
             ..self.session.clone()
         };
         if self.clip.is_some() {
-            session.shot = Some(config::write(&absolute(self.document.shot())));
+            let [shot, other] = self.document.takes.each_ref().map(|take| config::write(&absolute(take)));
+            session.other = (other != shot).then_some(other);
+            session.shot = Some(shot);
         }
-        if session != self.session {
+        if session != self.written {
             match session.write(&path) {
-                Ok(()) => self.session = session,
+                Ok(()) => (self.session, self.written) = (session.clone(), session),
                 Err(sentence) => tracing::warn!("{sentence}"),
             }
         }
@@ -146,12 +199,13 @@ impl App {
             let shelf = self.loader.shelf();
             (shelf.clip.clone(), shelf.plate(0))
         };
-        let Request { mut options, frame, .. } = request;
+        let Request { options, frame, other, .. } = request;
+        let mut takes = [options.clone(), other.unwrap_or(options)];
         if let Some(plate) = &plate {
-            crate::document::keep_assumed(&mut options.lens, &plate.found);
+            takes.iter_mut().for_each(|take| keep_assumed(&mut take.lens, &plate.found));
         }
-        self.document = Document::new(options);
-        self.undo = egui::util::undoer::Undoer::default();
+        self.document = Document { takes };
+        self.undo = super::steps();
         self.clip.clone_from(&clip);
         self.plate = None;
         (self.selected_key, self.playing) = (None, None);

@@ -89,7 +89,8 @@ impl App {
         let typing = ctx.egui_wants_keyboard_input();
         let mut actions = Vec::new();
         for (shortcut, action, _) in SHORTCUTS {
-            if typing && shortcut.modifiers == Modifiers::NONE {
+            let is_text = matches!(action, Action::Undo | Action::Redo);
+            if typing && (shortcut.modifiers == Modifiers::NONE || is_text) {
                 continue;
             }
             if ctx.input_mut(|input| input.consume_shortcut(shortcut)) {
@@ -103,6 +104,13 @@ impl App {
 
     pub(super) fn act(&mut self, action: Action) {
         let frame = self.frame_number();
+        if matches!(action, Action::Before | Action::After | Action::First | Action::Last) {
+            self.playing = None;
+        }
+        if !matches!(action, Action::Undo | Action::Redo) {
+            // What was is a step, however soon the next one follows.
+            self.undo.add_undo(&self.document);
+        }
         match action {
             Action::Open => self.open_window(),
             Action::Save => self.save_or_ask(),
@@ -110,12 +118,12 @@ impl App {
             Action::Undo => self.undo_redo(false),
             Action::Redo => self.undo_redo(true),
             Action::Play => self.toggle_play(),
-            Action::Before => self.go_to(frame - 1),
-            Action::After => self.go_to(frame + 1),
+            Action::Before => self.step(-1),
+            Action::After => self.step(1),
             Action::First => self.go_to(i64::MIN),
             Action::Last => self.go_to(i64::MAX),
             Action::KeyHere => {
-                if let Some(plate) = self.plate.clone() {
+                if let Some(plate) = self.plate_here() {
                     let result = self.document.key_here(self.front(), &plate, frame);
                     self.tell(result);
                 }
@@ -130,7 +138,7 @@ impl App {
             Action::Nearer => self.step_focus(1.0),
             Action::Farther => self.step_focus(-1.0),
             Action::Fit => self.look.zoom = None,
-            Action::Full => self.look.zoom = Some(1.0),
+            Action::Full => self.full_size(),
             Action::Overlay => self.look.overlay = if self.look.overlay > 0.0 { 0.0 } else { 0.5 },
             Action::Wipe => {
                 self.look.right = match self.look.right {
@@ -143,6 +151,9 @@ impl App {
             }
             Action::Brighter => self.look.exposure += 0.5,
             Action::Darker => self.look.exposure -= 0.5,
+            Action::Show(View::Reference | View::Difference) if self.reference.is_none() => {
+                self.say("No reference is open: choose one with Reference…");
+            }
             Action::Show(view) => self.look.left = view,
             Action::Shortcuts => self.windows.shortcuts ^= true,
         }

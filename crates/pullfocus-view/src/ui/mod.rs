@@ -22,7 +22,7 @@ use crate::look::{Look, View};
 use crate::screen::Display;
 use crate::session::Session;
 use crate::ui;
-use eframe::egui::util::undoer::Undoer;
+use eframe::egui::util::undoer::{self, Undoer};
 use eframe::{egui, egui_wgpu};
 use pullfocus_core::{Cancel, Picture, Settings};
 use pullfocus_job::config::Options;
@@ -44,6 +44,8 @@ pub struct Start {
     pub session: Option<PathBuf>,
     /// What the environment variable OCIO holds: the studio's colour config.
     pub ocio: Option<String>,
+    /// Bytes of frames that are kept in memory ([`crate::loader::ROOM`] is a good choice).
+    pub frame_memory: usize,
     /// Raised from outside (a signal), it closes the window.
     pub quit: Cancel,
 }
@@ -67,6 +69,8 @@ pub struct App {
     plate: Option<Arc<Plate>>,
     /// The number of the frame wanted.
     frame: i64,
+    /// The number of the frame that the plate is of.
+    plate_frame: i64,
     reference: Option<Arc<Reference>>,
     /// A reference that is being read.
     coming: Option<Receiver<Result<Reference, String>>>,
@@ -83,9 +87,22 @@ pub struct App {
     export: Option<Export>,
     /// Whether there is no device any more.
     ends: bool,
+    /// Why a take cannot be rendered, as it was told.
+    lens_fault: Option<String>,
     kept: Instant,
+    /// What was remembered last, and the file as it was written.
+    kept_state: (Document, Look, i64),
+    written: Session,
     /// When it began, until the first picture is there.
     began: Option<Instant>,
+}
+
+/// Changes that follow one another sooner are one step to undo.
+const STEP: Duration = Duration::from_millis(500);
+
+/// Steps to undo; none yet.
+fn steps() -> Undoer<Document> {
+    Undoer::with_settings(undoer::Settings { stable_time: STEP.as_secs_f32(), ..Default::default() })
 }
 
 /// How often the session is kept while something changes.
@@ -110,7 +127,7 @@ impl App {
     ) -> Result<Self, String> {
         let told = |error: std::io::Error| format!("a thread could not be started: {error}");
         let engine = Engine::start(ctx, render_state, start.device).map_err(told)?;
-        let loader = Loader::start(ctx).map_err(told)?;
+        let loader = Loader::start(ctx, start.frame_memory).map_err(told)?;
         let (quit, window) = (start.quit.clone(), ctx.clone());
         // It ends with the process; a flag tells nobody when it is raised.
         std::thread::Builder::new()
@@ -138,10 +155,11 @@ impl App {
             display,
             colors,
             device: (device, queue),
-            undo: Undoer::default(),
+            undo: steps(),
             clip: None,
             plate: None,
             frame: 0,
+            plate_frame: 0,
             reference: None,
             coming: None,
             place: None,
@@ -155,7 +173,10 @@ impl App {
             windows: windows::Windows::default(),
             export: None,
             ends: false,
+            lens_fault: None,
             kept: Instant::now(),
+            kept_state: (Document::default(), session.look.clone(), 0),
+            written: session.clone(),
             began: Some(Instant::now()),
             session,
         };
@@ -171,7 +192,7 @@ impl App {
         match start.path {
             Some(path) => app.open_path(&path),
             None if app.base.files.input.is_some() || app.base.files.behind.is_some() => {
-                app.loader.open(Request { path: None, options: app.base.clone(), frame: 0 });
+                app.loader.open(Request { path: None, options: app.base.clone(), frame: 0, other: None });
             }
             None => app.open_last(),
         }
@@ -212,6 +233,13 @@ impl App {
         (clip.number(0), clip.number(clip.len() - 1))
     }
 
+    /// Goes some frames on, or back.
+    pub(crate) fn step(&mut self, by: isize) {
+        let Some(clip) = &self.clip else { return };
+        let index = clip.nearest(self.frame as f64).saturating_add_signed(by).min(clip.len() - 1);
+        self.frame = clip.number(index);
+    }
+
     /// Goes to a frame.
     pub fn go_to(&mut self, frame: i64) {
         let (first, last) = self.frame_range();
@@ -221,12 +249,16 @@ impl App {
     /// Whether everything that was asked for is on the screen.
     pub fn is_settled(&self) -> bool {
         let state = self.engine.state();
+        let is_compared = || match (&state.comparison, &self.reference, &state.shown[0]) {
+            (Some(comparison), Some(reference), Some(shown)) => comparison.is_of(reference, shown),
+            _ => false,
+        };
         self.loader.is_idle()
             && !state.busy
             && self.coming.is_none()
             && !self.colors.is_busy()
             && self.export.as_ref().is_none_or(Export::is_done)
-            && (self.reference.is_none() || !self.look.shows(View::Difference) || state.comparison.is_some())
+            && (self.reference.is_none() || !self.look.shows(View::Difference) || is_compared())
     }
 
     /// The device that draws the window.
@@ -271,6 +303,11 @@ impl App {
         self.change(Quantity::FStop, f_stop);
     }
 
+    /// Sets the focal length in millimetres of the take in front.
+    pub fn set_focal_length(&mut self, millimetres: f64) {
+        self.change(Quantity::FocalLength, millimetres);
+    }
+
     /// What is made.
     pub fn document(&self) -> &Document {
         &self.document
@@ -306,36 +343,46 @@ impl App {
         let Some(clip) = &self.clip else { return };
         let index = clip.nearest(self.frame as f64);
         // The frame in front, those that come next, and the one before.
-        let ahead = if self.playing.is_some() { 24 } else { 4 };
-        let last = clip.len();
+        let (playing, last) = (self.playing.is_some(), clip.len());
+        let ahead = if playing { 24 } else { 4 };
         let near = (index..(index + ahead).min(last)).chain(index.checked_sub(1));
+        // While it plays, the frame of now comes too late if it is not there.
+        let near = near.skip(usize::from(playing && last > 1));
         let mut wanted: Vec<usize> = near.map(|index| clip.source(index)).collect();
         wanted.dedup();
         self.loader.want(wanted);
-        let plate = self.loader.shelf().plate(clip.source(index));
-        let Some(plate) = plate else { return };
-        if self.plate.as_ref().is_some_and(|known| Arc::ptr_eq(known, &plate)) {
-            return;
-        }
-        self.plate = Some(plate);
+        let shelf = self.loader.shelf();
+        let there = |index: usize| Some((index, shelf.plate(clip.source(index))?));
+        // Then the one before it is shown, as what it is.
+        let before = index.saturating_sub(if playing { ahead } else { 0 });
+        let Some((index, plate)) = (before..=index).rev().find_map(there) else { return };
+        drop(shelf);
+        (self.plate, self.plate_frame) = (Some(plate), clip.number(index));
     }
 
     /// Asks for the pictures that are looked at.
     fn ask(&mut self, ctx: &egui::Context) {
         let Some(plate) = self.plate.clone() else { return };
-        let frame = self.frame_number();
-        let take = |side| self.document.take(side, &plate, frame);
-        let first = match take(0) {
-            Ok(take) => Take { settings: Settings { show: self.look.show(), ..take.settings }, ..take },
-            Err(sentence) => {
+        // Only what is looked at; the difference is the first one's.
+        let sides = [!self.look.is_of_b_alone(), self.look.shows(View::Other)];
+        let takes =
+            [0, 1].map(|side| sides[side].then(|| self.document.take(side, &plate, self.plate_frame)));
+        let fault = takes.iter().flatten().find_map(|take| take.as_ref().err().cloned());
+        let layer = self.look.layer.map(|_| self.look.show());
+        let takes = takes.map(|take| {
+            let take = take?.ok()?;
+            let show = layer.unwrap_or(take.settings.show);
+            Some(Take { settings: Settings { show, ..take.settings }, ..take })
+        });
+        if self.lens_fault != fault {
+            self.lens_fault.clone_from(&fault);
+            if let Some(sentence) = fault {
                 self.say(sentence);
-                return;
             }
-        };
-        let second = if self.look.shows(View::Other) { take(1).ok() } else { None };
+        }
         let hurry = self.playing.is_some() || ctx.input(|input| input.pointer.any_down());
         let reference = self.reference.clone().filter(|_| self.look.shows(View::Difference));
-        self.engine.ask(Ask { plate, takes: [Some(first), second], hurry, reference });
+        self.engine.ask(Ask { plate, takes, hurry, reference });
     }
 
     /// Goes on while the shot plays, in real time: frames that come late are left out.
@@ -352,6 +399,7 @@ impl App {
     pub fn toggle_play(&mut self) {
         self.playing = match self.playing {
             Some(_) => None,
+            None if self.clip.as_ref().is_none_or(|clip| clip.is_still()) => None,
             None => Some((Instant::now(), self.frame_number())),
         };
     }
@@ -404,9 +452,16 @@ impl eframe::App for App {
         let now = ctx.input(|input| input.time);
         if !ctx.input(|input| input.pointer.any_down()) {
             self.undo.feed_state(now, &self.document);
+            if self.undo.is_in_flux() {
+                // A step ends when nothing moves for a while, which has to be seen.
+                ctx.request_repaint_after(2 * STEP);
+            }
         }
-        if self.kept.elapsed() > KEEP_EVERY {
-            self.keep_session();
+        if self.has_news() {
+            match KEEP_EVERY.checked_sub(self.kept.elapsed()) {
+                Some(left) => ctx.request_repaint_after(left),
+                None => self.keep_session(),
+            }
         }
     }
 

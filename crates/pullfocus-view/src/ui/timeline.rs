@@ -7,6 +7,7 @@ use crate::loader::Request;
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 use pullfocus_core::focus::distance;
 use pullfocus_core::pull::{Easing, Pull};
+use pullfocus_job::values::Label;
 
 /// Height of the strip.
 const HEIGHT: f32 = 64.0;
@@ -105,6 +106,7 @@ impl App {
             let mut frame = self.frame_number();
             let drag = egui::DragValue::new(&mut frame).range(first..=last);
             if ui.add(drag).on_hover_text("The frame in front.").changed() && self.clip.is_some() {
+                self.playing = None;
                 self.go_to(frame);
             }
             ui.label(format!("{first}–{last}"));
@@ -144,9 +146,12 @@ impl App {
     /// Makes frames of one picture.
     fn hold(&mut self, seconds: f64) {
         let frames = (seconds * self.look.fps).round().max(2.0) as i64;
-        let mut options = self.document.shot().clone();
-        options.files.frames = Some(pullfocus_job::values::Label(format!("1-{frames}")));
-        self.loader.open(Request { path: None, options, frame: 1 });
+        // A name's own number is its frame; a still is held over others.
+        let number = self.clip.as_ref().and_then(|clip| clip.files(0)).and_then(|files| files.number);
+        let first = if number.is_some_and(|number| (1..=frames).contains(&number)) { 1001 } else { 1 };
+        let [mut options, other] = self.document.takes.clone();
+        options.files.frames = Some(Label(format!("{first}-{}", first + frames - 1)));
+        self.loader.open(Request { path: None, options, frame: first, other: Some(other) });
     }
 
     fn key_controls(&mut self, ui: &mut Ui) {
@@ -197,6 +202,8 @@ impl App {
         let (rect, response) =
             ui.allocate_exact_size(Vec2::new(ui.available_width(), HEIGHT), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Timeline"));
+        let response =
+            response.on_hover_text("Click or drag to go to a frame; drag a diamond to move its key.");
         let inner = rect.shrink2(Vec2::new(10.0, 4.0));
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
@@ -265,6 +272,7 @@ impl App {
                 self.selected_key = Some(key.frame);
             }
             if response.clicked() {
+                self.playing = None;
                 self.go_to(key.frame.round() as i64);
             }
             if response.drag_stopped()

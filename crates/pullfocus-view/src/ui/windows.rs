@@ -168,6 +168,8 @@ impl App {
                 gain: self.look.exposure.exp2(),
                 fps: self.look.fps,
                 sharp_px: self.look.sharp_px,
+                side: self.front(),
+                show: self.look.layer.map(|_| self.look.show()),
                 encoder: ENCODER.into(),
             });
             self.tell(result);

@@ -12,6 +12,7 @@ use pullfocus_job::config::Options;
 use pullfocus_view::color::Source;
 use pullfocus_view::engine::Choice;
 use pullfocus_view::export::{Order, What};
+use pullfocus_view::loader::ROOM;
 use pullfocus_view::look::View;
 use pullfocus_view::screen::Transform;
 use pullfocus_view::ui::Start;
@@ -58,6 +59,7 @@ fn open_with(path: Option<&Path>, session: Option<PathBuf>, ocio: Option<String>
         device: Choice::Cpu,
         session,
         ocio,
+        frame_memory: ROOM,
         quit: Cancel::new(),
     };
     let mut window = with(start);

@@ -2,7 +2,6 @@
 
 use crate::window::*;
 use eframe::egui::{Key, ViewportCommand, ViewportId};
-use pullfocus_core::Cancel;
 use pullfocus_job::config::Options;
 use pullfocus_view::engine::Choice;
 use pullfocus_view::export::What;
@@ -23,14 +22,7 @@ pub const TESTS: &[(&str, fn())] = &[
 
 /// A window that goes on with the last session.
 fn again(session: &Path) -> Window {
-    with(Start {
-        path: None,
-        options: Options::default(),
-        device: Choice::Cpu,
-        session: Some(session.to_owned()),
-        ocio: None,
-        quit: Cancel::new(),
-    })
+    with(Start { session: Some(session.to_owned()), ..start(None, Options::default()) })
 }
 
 fn a_window_closed_while_it_renders_loses_nothing() {

@@ -10,6 +10,7 @@ use pullfocus_job::purpose::Purpose;
 use pullfocus_job::{config, load};
 use pullfocus_view::engine::Choice;
 use pullfocus_view::export::What;
+use pullfocus_view::loader::ROOM;
 use pullfocus_view::ui::Start;
 
 pub const TESTS: &[(&str, fn())] = &[
@@ -20,6 +21,10 @@ pub const TESTS: &[(&str, fn())] = &[
     ("the_last_session_comes_back", the_last_session_comes_back),
     ("a_run_that_is_stopped_leaves_nothing_by_half", a_run_that_is_stopped_leaves_nothing_by_half),
     ("a_shot_plays", a_shot_plays),
+    ("frames_come_in_the_order_of_their_numbers", frames_come_in_the_order_of_their_numbers),
+    ("little_memory_is_enough", little_memory_is_enough),
+    ("take_b_comes_back_and_an_unsaved_pull_is_kept", take_b_comes_back_and_an_unsaved_pull_is_kept),
+    ("a_still_is_held_with_both_takes", a_still_is_held_with_both_takes),
 ];
 
 fn a_bad_file_leaves_what_is_open() {
@@ -165,15 +170,7 @@ fn the_last_session_comes_back() {
     // Closed as a user closes it.
     eframe::App::on_exit(window.state_mut());
     drop(window);
-    let start = Start {
-        path: None,
-        options: Options::default(),
-        device: Choice::Cpu,
-        session: Some(session),
-        ocio: None,
-        quit: Cancel::new(),
-    };
-    let mut window = with(start);
+    let mut window = with(Start { session: Some(session), ..start(None, Options::default()) });
     assert_eq!(focus(&window), DEPTHS[2]);
     assert_eq!((window.state().frame_number(), window.state_mut().look_mut().exposure), (2, 1.0));
 }
@@ -220,4 +217,104 @@ fn a_shot_plays() {
     assert!(seen.len() >= 4, "{seen:?}");
     window.key_press(Key::P);
     settle(&mut window);
+}
+
+/// A window on files, as a shell's pattern names them.
+fn listed(inputs: Vec<std::path::PathBuf>, frame_memory: usize) -> Window {
+    let mut options = Options::default();
+    options.files.input = Some(inputs);
+    with(Start { frame_memory, ..start(None, options) })
+}
+
+fn frames_come_in_the_order_of_their_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = [10, 11, 2, 6].map(|frame| folder.path().join(format!("f{frame}.exr")));
+    files.iter().for_each(|file| write_frame(file));
+    let mut window = listed(files.to_vec(), ROOM);
+    let mut seen = vec![window.state().frame_number()];
+    for key in [Key::ArrowRight, Key::ArrowRight, Key::ArrowRight, Key::ArrowRight, Key::ArrowLeft, Key::Home]
+    {
+        window.key_press(key);
+        settle(&mut window);
+        seen.push(window.state().frame_number());
+    }
+    // One key is one frame, over gaps too; after the last there is none.
+    assert_eq!(seen, [2, 6, 10, 11, 11, 10, 2]);
+    // Frames that share a number are counted.
+    let other = folder.path().join("g2.exr");
+    write_frame(&other);
+    let mut window = listed(vec![files[2].clone(), other], ROOM);
+    window.key_press(Key::End);
+    settle(&mut window);
+    assert_eq!(window.state().frame_number(), 2);
+}
+
+/// Room for one frame: the window comes to rest all the same, and plays.
+fn little_memory_is_enough() {
+    let folder = sequence(5);
+    let mut window = listed(vec![folder.path().join("f.####.exr")], 1);
+    window.key_press(Key::End);
+    settle(&mut window);
+    let rendered = window.state().rendered();
+    for _ in 0..100 {
+        window.step();
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert_eq!(window.state().rendered(), rendered, "it does not rest");
+    window.key_press(Key::P);
+    let start = std::time::Instant::now();
+    while window.state().rendered() < rendered + 3 {
+        window.step();
+        assert!(start.elapsed() < std::time::Duration::from_secs(20), "it does not play");
+    }
+    window.key_press(Key::P);
+    settle(&mut window);
+}
+
+fn take_b_comes_back_and_an_unsaved_pull_is_kept() {
+    let folder = sequence(2);
+    let session = folder.path().join("config/view.toml");
+    let mut window = open(folder.path(), Choice::Cpu, Some(&session));
+    window.key_press(Key::B);
+    settle(&mut window);
+    click(&mut window, NEAR);
+    window.key_press(Key::B);
+    settle(&mut window);
+    click(&mut window, FAR);
+    window.key_press(Key::K);
+    settle(&mut window);
+    eframe::App::on_exit(window.state_mut());
+    drop(window);
+    let mut window = with(Start { session: Some(session.clone()), ..start(None, Options::default()) });
+    assert_eq!(focus(&window), DEPTHS[2]);
+    window.key_press(Key::B);
+    settle(&mut window);
+    assert_eq!(focus(&window), DEPTHS[0]);
+    // Another file takes the place of a pull that nobody saved.
+    window.state_mut().open_path(&folder.path().join("f.0001.exr"));
+    settle(&mut window);
+    let kept = session.with_file_name("unsaved.toml");
+    assert!(window.state().message().unwrap().contains("unsaved.toml"));
+    let kept: Options = config::read(&kept).unwrap();
+    assert_eq!(kept.keys.keys()[0].focus_distance_m, Some(DEPTHS[2]));
+}
+
+fn a_still_is_held_with_both_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let still = folder.path().join("kitchen_v2.exr");
+    write_frame(&still);
+    let mut window = open(&still, Choice::Cpu, None);
+    window.key_press(Key::B);
+    settle(&mut window);
+    click(&mut window, NEAR);
+    window.get_by_label("Hold the still").click();
+    settle(&mut window);
+    assert_eq!(focus(&window), DEPTHS[0], "take B is as it was");
+    window.key_press(Key::B);
+    settle(&mut window);
+    assert_eq!(focus(&window), DEPTHS[1]);
+    drag(&mut window, NEAR, FAR, Modifiers::SHIFT);
+    let frames: Vec<f64> = window.state().document().shot().keys.keys().iter().map(|key| key.frame).collect();
+    // Frame 2 is the file's own.
+    assert_eq!(frames, [1001.0, 1025.0]);
 }

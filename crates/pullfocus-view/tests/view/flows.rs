@@ -3,6 +3,8 @@
 use crate::window::*;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
+use pullfocus_job::config::Options;
+use pullfocus_job::values::Number;
 use pullfocus_view::engine::Choice;
 use pullfocus_view::look::View;
 
@@ -13,6 +15,8 @@ pub const TESTS: &[(&str, fn())] = &[
     ("a_file_is_opened_by_dropping_and_by_the_window", a_file_is_opened_by_dropping_and_by_the_window),
     ("each_take_has_keys_of_its_own", each_take_has_keys_of_its_own),
     ("undo_and_redo", undo_and_redo),
+    ("each_key_is_a_step_to_undo", each_key_is_a_step_to_undo),
+    ("a_lens_that_cannot_be_can_be_set_right", a_lens_that_cannot_be_can_be_set_right),
     ("the_wheel_zooms_about_the_cursor", the_wheel_zooms_about_the_cursor),
     ("stops_go_in_thirds_by_key", stops_go_in_thirds_by_key),
     ("every_control_has_a_name_and_the_sheet_opens", every_control_has_a_name_and_the_sheet_opens),
@@ -159,6 +163,42 @@ fn undo_and_redo() {
     window.key_press_modifiers(command | Modifiers::SHIFT, Key::Z);
     settle(&mut window);
     assert_eq!(focus(&window), DEPTHS[2]);
+}
+
+fn each_key_is_a_step_to_undo() {
+    let (_folder, path) = frame();
+    let mut window = open(&path, Choice::Cpu, None);
+    let f_stop = |window: &Window| window.state().lens_values().unwrap().f_stop.unwrap();
+    let first = f_stop(&window);
+    let mut stops = vec![first];
+    for _ in 0..2 {
+        window.key_press(Key::OpenBracket);
+        settle(&mut window);
+        stops.push(f_stop(&window));
+    }
+    assert!(stops[0] > stops[1] && stops[1] > stops[2], "{stops:?}");
+    for expected in [stops[1], stops[0]] {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        settle(&mut window);
+        assert_eq!(f_stop(&window), expected);
+    }
+}
+
+fn a_lens_that_cannot_be_can_be_set_right() {
+    let (_folder, path) = frame();
+    let mut options = Options::default();
+    // It focuses behind itself.
+    options.lens.focal_length = Some(Number(4000.0));
+    let mut window = with(start(Some(&path), options));
+    let message = window.state().message().unwrap_or_default().to_owned();
+    assert!(message.contains("4000"), "{message}");
+    assert_eq!(window.state().rendered(), 0);
+    // The picture is there as it was rendered, and so are the controls.
+    assert!(contrast(&mut window, MIDDLE) > 20.0);
+    assert!(window.query_all_by_label("Focal length").next().is_some());
+    window.state_mut().set_focal_length(50.0);
+    settle(&mut window);
+    assert!(window.state().rendered() > 0);
 }
 
 fn the_wheel_zooms_about_the_cursor() {

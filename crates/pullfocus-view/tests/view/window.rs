@@ -8,6 +8,7 @@ use pullfocus_io::{SampleType, write_exr};
 use pullfocus_job::config::Options;
 use pullfocus_view::engine::Choice;
 use pullfocus_view::export::{ENCODER, Order, What};
+use pullfocus_view::loader::ROOM;
 use pullfocus_view::ui::{App, Start};
 use pullfocus_view::window::setup;
 use std::fs::File;
@@ -62,21 +63,29 @@ pub fn order(what: What, output: PathBuf) -> Order {
         gain: 1.0,
         fps: 24.0,
         sharp_px: 2.0,
+        side: 0,
+        show: None,
         encoder: ENCODER.into(),
+    }
+}
+
+/// How a window is started: on the CPU, without a session.
+pub fn start(path: Option<&Path>, options: Options) -> Start {
+    Start {
+        path: path.map(Path::to_owned),
+        options,
+        device: Choice::Cpu,
+        session: None,
+        ocio: None,
+        frame_memory: ROOM,
+        quit: Cancel::new(),
     }
 }
 
 /// A window on a path.
 pub fn open(path: &Path, device: Choice, session: Option<&Path>) -> Window {
-    let start = Start {
-        path: Some(path.to_owned()),
-        options: Options::default(),
-        device,
-        session: session.map(Path::to_owned),
-        ocio: None,
-        quit: Cancel::new(),
-    };
-    with(start)
+    let session = session.map(Path::to_owned);
+    with(Start { device, session, ..start(Some(path), Options::default()) })
 }
 
 pub fn with(start: Start) -> Window {
