@@ -76,6 +76,46 @@ pub fn fence_over_ramp(size: Size, near: f32, far: f32) -> Scene {
     by_circle(vec![pick(0.8, 1.0), pick(0.7, 0.8), pick(0.2, 0.5)], None, circle)
 }
 
+/// Three things side by side, the middle one a sliver along a slanted border: colour is the mean over each pixel, depth that
+/// of its middle.
+#[derive(Debug, Clone, Copy)]
+pub struct Sliver {
+    /// Width and height.
+    pub size: Size,
+    /// How far the border goes to the right from row to row.
+    pub slope: f32,
+    /// The sliver's width along a row, in pixels.
+    pub wide: f32,
+    /// Signed diameters, from left to right.
+    pub diameters: [f32; 3],
+    /// The colour of each.
+    pub colors: [f32; 3],
+}
+
+impl Sliver {
+    /// Which of the three is seen at a point.
+    fn thing(&self, x: f32, y: f32) -> usize {
+        let [width, height] = [self.size.width as f32, self.size.height as f32];
+        let beyond = x - 0.5 * width - self.slope * (y - 0.5 * height);
+        usize::from(beyond >= 0.0) + usize::from(beyond >= self.wide)
+    }
+
+    /// The picture, a part of one 960 pixels wide.
+    pub fn scene(&self) -> Scene {
+        const SAMPLES: usize = 4;
+        let part = |i: usize| (i as f32 + 0.5) / SAMPLES as f32;
+        let color = plane(self.size, |x, y| {
+            let seen = (0..SAMPLES * SAMPLES)
+                .map(|i| self.thing(x as f32 + part(i % SAMPLES), y as f32 + part(i / SAMPLES)));
+            seen.map(|thing| self.colors[thing]).sum::<f32>() / (SAMPLES * SAMPLES) as f32
+        });
+        let circle = plane(self.size, |x, y| self.diameters[self.thing(x as f32 + 0.5, y as f32 + 0.5)]);
+        let mut scene = by_circle(vec![color], None, circle);
+        scene.frame.display.size = Size::new(960, 540);
+        scene
+    }
+}
+
 /// Two planes at exact depths: a half plane of one colour in front of another colour everywhere.
 #[derive(Debug, Clone)]
 pub struct TwoPlanes {

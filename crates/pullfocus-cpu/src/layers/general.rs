@@ -10,7 +10,8 @@
 //!   far as its visible share around suggests.
 //! - *Edges.* A pixel on an edge holds two colours and one depth. Its share of the near one is found from
 //!   its colour between those of the two fills, as far as they differ by more than they vary; else from
-//!   its depth.
+//!   its depth. Where that depth lies in a third layer, between those of the edge, the pixel is a thin thing's:
+//!   as any pixel, it belongs to the layer of its depth.
 //! - *Exactness.* What the unblurred layers put together lack of the picture is given to them in proportion to
 //!   how much is seen of each, so that without blur the composite is the picture.
 //!
@@ -282,6 +283,22 @@ fn members(ramps: &Ramps, u: &Row, seen: &mut Row, behind: &mut Row) {
     }
 }
 
+/// Takes from the strength of edges what a pixel's own depth has to do with neither side.
+#[inline(always)]
+fn without_between(layers: &[LayerRows], edge: &mut Row) {
+    let (mut from_near, mut from_far) = (ZERO, ZERO);
+    for layer in layers {
+        for i in 0..BLOCK {
+            from_near[i] += (layer.seen[i] - layer.at_near[0][i]).abs();
+            from_far[i] += (layer.seen[i] - layer.at_far[0][i]).abs();
+        }
+    }
+    for i in 0..BLOCK {
+        // Both what one layer shows less and what another shows more is counted.
+        edge[i] *= 1.0 - (0.5 * from_near[i].min(from_far[i])).min(1.0);
+    }
+}
+
 /// One row of the joint pass.
 struct JointRow<'a, 'b> {
     joint: &'a Joint<'a>,
@@ -325,12 +342,13 @@ impl Joint<'_> {
         let c = part(self.coc);
         let near = part(&self.edges.near);
         let far = part(&self.edges.far);
-        let edge = part(&self.edges.strength);
+        let mut edge = part(&self.edges.strength);
         let inputs: Vec<Row> = self.inputs.iter().map(|plane| part(plane)).collect();
         let on_edge = edge[..n].iter().any(|&e| e > 0.0);
         self.load(y, x, n, layers, [&part(self.scale), &near, &far], on_edge);
 
         if on_edge {
+            without_between(layers, &mut edge);
             let share = self.share(layers, &inputs, [&c, &near, &far]);
             for layer in &mut layers[1..] {
                 for i in 0..BLOCK {
