@@ -95,7 +95,9 @@ impl App {
             if from == From::SensorPlane { focus::to_sensor_plane(&lens, metres) } else { metres }
         };
         let mut value = shown(values.focus_m);
-        let before = value;
+        // What the field showed when it was entered: its text is read more than once.
+        let entered = ui.id().with("focus distance");
+        let before = ui.data(|data| data.get_temp(entered)).unwrap_or(value);
         let [near, far] = self.plate.as_ref().and_then(|plate| plate.histogram.range).unwrap_or([0.3, 30.0]);
         ui.horizontal(|ui| {
             self.keyed(ui, Quantity::FocusDistance, values.focus_m);
@@ -106,10 +108,12 @@ impl App {
             .largest_finite(3.0 * far)
             .clamping(SliderClamping::Never)
             .custom_formatter(move |metres, _| distance::format(metres, units))
-            // A number alone has the unit that stood in the field before.
             .update_while_editing(false)
             .custom_parser(move |text| typed(text, before, units));
         let response = ui.add(slider);
+        if response.gained_focus() || !(response.has_focus() || response.lost_focus()) {
+            ui.data_mut(|data| data.insert_temp(entered, value));
+        }
         response.widget_info(|| egui::WidgetInfo::slider(true, value, "Focus distance"));
         let response = response.on_hover_text(
             "What is sharp. Click on the picture to focus there. Type 2.5, 320 cm, 10' 6\" or inf.",

@@ -25,6 +25,7 @@ pub const TESTS: &[(&str, fn())] = &[
     ("a_shot_that_is_shown_stays_as_it_is", a_shot_that_is_shown_stays_as_it_is),
     ("a_file_with_an_angle_alone_has_a_lens", a_file_with_an_angle_alone_has_a_lens),
     ("the_pixel_says_what_is_rendered", the_pixel_says_what_is_rendered),
+    ("what_is_typed_has_the_unit_of_its_field", what_is_typed_has_the_unit_of_its_field),
     ("dark_or_light_is_kept", dark_or_light_is_kept),
     ("the_wipe_does_not_go_to_what_is_not_there", the_wipe_does_not_go_to_what_is_not_there),
 ];
@@ -339,6 +340,48 @@ fn the_pixel_says_what_is_rendered() {
         let at = point(&window, pixel);
         window.hover_at(at);
         wait_for(&mut window, circle);
+    }
+}
+
+/// A slider of this name.
+fn slider<'a>(window: &'a Window, name: &'a str) -> egui_kittest::Node<'a> {
+    window.get_by(move |node| node.role() == Role::Slider && node.label().as_deref() == Some(name))
+}
+
+/// Gives the keyboard to the number of a slider, which stands right behind it.
+fn focus_number(window: &Window, name: &str) {
+    let id = slider(window, name).accesskit_node().id();
+    let mut after = window.root().children_recursive().skip_while(|node| node.accesskit_node().id() != id);
+    after.find(|node| node.accesskit_node().role() == Role::SpinButton).unwrap().focus();
+}
+
+fn what_is_typed_has_the_unit_of_its_field() {
+    let (_folder, path) = frame();
+    let mut window = open(&path, Choice::Cpu, None);
+    let shown = slider(&window, "f-stop").accesskit_node().numeric_value();
+    assert_eq!(shown, window.state().lens_values().unwrap().f_stop);
+    let foot = 0.3048;
+    for (feet, text, metres) in [
+        (true, "8", 8.0 * foot),
+        (true, "50 cm", 0.5),
+        // Beside 50.0 cm it is centimetres, though it is shown in metres then.
+        (false, "150", 1.5),
+        (false, "2", 2.0),
+        (true, "2", 2.0 * foot),
+    ] {
+        window.state_mut().look_mut().feet = feet;
+        settle(&mut window);
+        focus_number(&window, "Focus distance");
+        window.step();
+        window.step();
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.step();
+        window.event(eframe::egui::Event::Text(text.into()));
+        window.step();
+        window.key_press(Key::Enter);
+        settle(&mut window);
+        // Two roundings of a product.
+        assert!((focus(&window) / metres - 1.0).abs() < 1e-12, "{text}: {}", focus(&window));
     }
 }
 
