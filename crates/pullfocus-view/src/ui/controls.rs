@@ -96,7 +96,7 @@ impl App {
         };
         let mut value = shown(values.focus_m);
         // What the field showed when it was entered: its text is read more than once.
-        let entered = ui.id().with("focus distance");
+        let entered = egui::Id::unique("focus distance entered");
         let before = ui.data(|data| data.get_temp(entered)).unwrap_or(value);
         let [near, far] = self.plate.as_ref().and_then(|plate| plate.histogram.range).unwrap_or([0.3, 30.0]);
         ui.horizontal(|ui| {
