@@ -50,7 +50,7 @@ def main():
             window.launch("--size", 320, 180)
             window.says(r"^0\.4[78] m  f/2\.8 .* (diffusion|aperture)")
             window.id = window.tool("search", "--onlyvisible", "--name", "f/").splitlines()[-1]
-            window.wait_for(lambda: window.tool("windowfocus", window.id, check=False) == "")
+            window.wait_for(lambda: window.take_keyboard("f/"))
             window.tool("key", "bracketright")
             window.says(r"f/3\.1")
             window.tool("key", "f")

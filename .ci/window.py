@@ -43,9 +43,9 @@ class Window:
         self.wait_for(self.take_keyboard)
         self.rest()
 
-    def take_keyboard(self):
-        """Whether the window, which may not be quite there yet, has taken it."""
-        window = self.tool("search", "--onlyvisible", "--name", "pullfocus", check=False).splitlines()[-1:]
+    def take_keyboard(self, name="pullfocus"):
+        """Whether the window of this name, which may not be quite there yet, has taken it."""
+        window = self.tool("search", "--onlyvisible", "--name", name, check=False).splitlines()[-1:]
         command = ["xdotool", "windowfocus", *window]
         return bool(window) and subprocess.run(command, env=self.env, capture_output=True).returncode == 0
 
@@ -109,8 +109,11 @@ class Window:
             subprocess.run(["import", "-window", "root", "-quality", "80", target], env=self.env, check=True)
 
     def close(self):
+        """Asks the program to end, which closes its window; it must end well."""
         self.process.terminate()
-        self.process.wait(10)
+        code = self.process.wait(30)
+        if code != 0:
+            raise SystemExit(f"the window did not end well: exit code {code}")
 
     def end(self):
         if self.process and self.process.poll() is None:

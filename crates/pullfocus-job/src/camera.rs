@@ -202,8 +202,9 @@ pub fn resolve(options: &LensOptions, file: &FileCamera, name: &str) -> Result<R
         slot("--focal-length", "focal length", "mm", options.focal_length, file.focal_length.as_ref()).get();
     let sensor =
         slot("--sensor-width", "sensor width", "mm", options.sensor_width, file.sensor_width.as_ref()).get();
-    // A file's field of view steps back behind a focal length and a sensor that the user gave.
-    let found_fov = if focal_given || sensor_given { None } else { file.fov_x.as_ref() };
+    // A file's field of view steps back where a focal length and a sensor are known and the user gave one of them.
+    let steps_back = focal.is_some() && sensor.is_some() && (focal_given || sensor_given);
+    let found_fov = file.fov_x.as_ref().filter(|_| !steps_back);
     let fov = slot("--fov-x", "field of view", "degrees", options.fov_x, found_fov).get();
     let diameter = number(options.aperture_diameter)
         .map(|diameter| value("aperture diameter", diameter, "m", "--aperture-diameter"));
@@ -431,6 +432,33 @@ mod tests {
             let Lens::Ideal { fov_x_degrees, .. } = camera.camera.lens() else { panic!("an ideal lens") };
             assert_eq!(fov_x_degrees, 30.0);
         }
+    }
+
+    #[test]
+    fn a_files_field_of_view_steps_back_behind_a_whole_lens_only() {
+        let fov = FileCamera { fov_x: attribute(30.0, "fov"), ..FileCamera::default() };
+        let of = |text: &str, file: &FileCamera| {
+            let text = format!("focus-distance = 3\n{text}");
+            resolve(&lens(&text), file, "a.exr").unwrap().camera.lens()
+        };
+        let half_tangent = 15f64.to_radians().tan();
+        for (text, focal) in [("sensor-width = 36", 18.0 / half_tangent), ("focal-length = 50", 50.0)] {
+            let expected = Lens::Ideal { fov_x_degrees: 30.0, aperture_diameter_m: focal * 1e-3 / 2.0 };
+            assert_eq!(of(&format!("{text}\nf-stop = 2"), &fov), expected, "{text}");
+            let expected = Lens::Ideal { fov_x_degrees: 30.0, aperture_diameter_m: 0.01 };
+            assert_eq!(of(&format!("{text}\naperture-diameter = 0.01"), &fov), expected, "{text}");
+        }
+        let physical = Lens::Physical { focal_length_mm: 50.0, f_stop: 2.0, sensor_width_mm: 36.0 };
+        assert_eq!(of("focal-length = 50\nsensor-width = 36\nf-stop = 2", &fov), physical);
+        // What the file says beside its angle makes a lens whole too.
+        let focal = FileCamera { focal_length: attribute(50.0, "focalLength"), ..fov.clone() };
+        assert_eq!(of("sensor-width = 36\nf-stop = 2", &focal), physical);
+        let sensor = FileCamera { sensor_width: attribute(36.0, "sensorWidth"), ..fov.clone() };
+        assert_eq!(of("focal-length = 50\nf-stop = 2", &sensor), physical);
+        // A sensor that was assumed beside the angle, and is then taken as given, changes nothing.
+        let mut assumed = fov;
+        assumed.fill(&FileCamera::assumed(), false);
+        assert_eq!(of("f-stop = 2", &assumed), of("f-stop = 2\nsensor-width = 36", &assumed));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::values::{Label, Largest};
 use pullfocus_core::{Cancel, Frame, Size, focus, sensor};
 use pullfocus_io::camera_file::{CameraSample, SENSOR_IF_UNKNOWN_MM, write_csv, write_usda};
 use pullfocus_io::output::{Existing, PendingFile, check_target};
-use pullfocus_io::sequence::{Frames, Pattern};
+use pullfocus_io::sequence::{Frames, Pattern, number_in};
 use pullfocus_io::{FileError, Limits, Selection};
 use std::path::{Path, PathBuf};
 
@@ -25,10 +25,21 @@ pub struct Seen {
     pub notes: Vec<String>,
 }
 
-/// Files that may say something of the camera: the picture before its layers.
-fn pictures(options: &Options) -> impl Iterator<Item = &PathBuf> {
+/// Files that may say something of the camera at a frame: the picture before its layers. Of a list of pictures it is
+/// the one with the frame's number; what is alone is every frame's.
+fn pictures(options: &Options, frame: i64) -> impl Iterator<Item = &PathBuf> {
     let files = &options.files;
-    files.input.iter().flatten().take(1).chain(&files.behind).chain(&files.foreground)
+    let inputs = files.input.as_deref().unwrap_or_default();
+    let input = match inputs {
+        [_, _, ..] => inputs.iter().find(|path| match pattern(path) {
+            Ok(None) => number_in(path) == Some(frame),
+            Ok(Some(pattern)) => pattern.file(frame).is_file(),
+            // It is told of where it is used.
+            Err(_) => true,
+        }),
+        _ => inputs.first(),
+    };
+    input.into_iter().chain(&files.behind).chain(&files.foreground)
 }
 
 /// A pattern, where there is no file of just that name.
@@ -49,7 +60,7 @@ pub fn look(options: &Options, frame: i64) -> Result<Seen> {
         ..Selection::default()
     };
     let mut seen = Seen::default();
-    for path in pictures(options) {
+    for path in pictures(options, frame) {
         let file = pattern(path)?.map_or_else(|| path.clone(), |pattern| pattern.file(frame));
         if !file.is_file() {
             continue;
@@ -73,7 +84,15 @@ pub fn frames(options: &Options) -> Result<Frames> {
     if let Some(frames) = &options.files.frames {
         return Ok(frames.0.parse()?);
     }
-    for path in pictures(options) {
+    let inputs = options.files.input.as_deref().unwrap_or_default();
+    if inputs.len() > 1 {
+        let plain = |path: &&PathBuf| matches!(pattern(path), Ok(None));
+        let found: Frames = inputs.iter().filter(plain).filter_map(|path| number_in(path)).collect();
+        if !found.is_empty() {
+            return Ok(found);
+        }
+    }
+    for path in inputs.iter().chain(&options.files.behind).chain(&options.files.foreground) {
         if let Some(pattern) = pattern(path)? {
             // A folder that is not there has no files.
             let found = pattern.discover().unwrap_or_default();
@@ -237,6 +256,7 @@ pub fn save(
 mod tests {
     use super::*;
     use crate::config::parse;
+    use pullfocus_io::{AttributeValue, write_exr};
 
     const SHARP: Largest = Largest::Width(0.001);
 
@@ -296,5 +316,23 @@ mod tests {
             "shot.toml",
         );
         assert!(pixels.unwrap_err().to_string().contains("0.08%"));
+    }
+    #[test]
+    fn each_of_a_list_of_pictures_has_its_own_lens() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let size = Size::new(2, 1);
+        let plane = pullfocus_core::Plane::from_fn(size, |_, _| 1.0).unwrap();
+        for (name, metres) in [("f.0001.exr", 2.0_f32), ("f.0002.exr", 5.0)] {
+            let mut file = std::fs::File::create(path(name)).unwrap();
+            let planes = ["R", "G", "B"].map(|name| (name, &plane, pullfocus_io::SampleType::Float));
+            let focus = [("focus", AttributeValue::Float(metres))];
+            write_exr(&mut file, &Frame::full(size), &planes, &focus).unwrap();
+        }
+        let list = format!("input = [{:?}, {:?}]", path("f.0001.exr"), path("f.0002.exr"));
+        let options = parse(&list).unwrap();
+        let focus = |frame| look(&options, frame).unwrap().camera.focus_distance.map(|found| found.value);
+        assert_eq!([focus(1), focus(2), focus(3)], [Some(2.0), Some(5.0), None]);
+        assert_eq!(frames(&options).unwrap().to_string(), "1-2");
     }
 }

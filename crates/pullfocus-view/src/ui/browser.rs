@@ -95,7 +95,8 @@ impl Browser {
             let field = egui::TextEdit::singleline(&mut self.path)
                 .desired_width(width)
                 .hint_text("frame.exr, shot.####.exr, a folder, pull.toml");
-            let response = ui.add(field).labelled_by(label.id);
+            let hint = "A file's name, or a whole path; a name alone stands in the folder below.";
+            let response = ui.add(field).labelled_by(label.id).on_hover_text(hint);
             if std::mem::take(&mut self.is_new) {
                 response.request_focus();
             }
@@ -110,13 +111,14 @@ impl Browser {
     fn list(&self, ui: &mut Ui, recent: &[PathBuf], click: &mut Click) {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             if self.purpose == For::Open && !recent.is_empty() {
-                ui.collapsing("Recent", |ui| {
+                let list = ui.collapsing("Recent", |ui| {
                     for path in recent {
                         if ui.link(file_name(path)).on_hover_text(path.display().to_string()).clicked() {
                             click.file = Some(path.clone());
                         }
                     }
                 });
+                list.header_response.on_hover_text("What was open before, the last one first.");
             }
             if let Some(parent) = self.folder.parent()
                 && ui.link("..").on_hover_text("The folder above.").clicked()
@@ -135,7 +137,8 @@ impl Browser {
                 Some(Ok(found)) => found,
             };
             for path in folders {
-                if ui.link(format!("{}/", file_name(path))).clicked() {
+                let hint = format!("Look into {}.", path.display());
+                if ui.link(format!("{}/", file_name(path))).on_hover_text(hint).clicked() {
                     click.folder = Some(path.clone());
                 }
             }
@@ -145,7 +148,12 @@ impl Browser {
                 } else {
                     entry.name.clone()
                 };
-                if ui.link(text).clicked() {
+                let hint = match self.purpose {
+                    For::Open => "Open it.",
+                    For::Reference => "Compare the picture with it.",
+                    For::Save => "Take its name; you are asked before it is replaced.",
+                };
+                if ui.link(text).on_hover_text(hint).clicked() {
                     match self.purpose {
                         For::Save => click.name = Some(entry.name.clone()),
                         _ => click.file = Some(entry.path.clone()),

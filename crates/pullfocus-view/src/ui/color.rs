@@ -138,26 +138,32 @@ impl App {
         let color = &mut self.look.color;
         let displays: Vec<&str> = menu.displays.iter().map(|display| display.name.as_str()).collect();
         let hint = "The screen that the picture is made for: choose what yours is set to.";
-        if let Some(display) = choice(ui, "Display", &menu.display, &displays, hint) {
+        if let Some(display) =
+            choice(ui, "Display", &menu.display, &displays, (hint, "Show the picture as for the screen "))
+        {
             // A view of the same name is kept.
             let view = color.view.take().filter(|view| menu.views(&display).contains(view));
             (color.display, color.view) = (Some(display), view);
         }
         let views: Vec<&str> = menu.views(&menu.display).iter().map(String::as_str).collect();
         let hint = "How scene light becomes that screen's: tone, contrast, and how bright and saturated colours fit in.";
-        if let Some(view) = choice(ui, "View", &menu.view, &views, hint) {
+        if let Some(view) =
+            choice(ui, "View", &menu.view, &views, (hint, "Turn scene light into the screen's by "))
+        {
             color.view = Some(view);
         }
         let spaces: Vec<&str> = menu.spaces.iter().map(String::as_str).collect();
         let hint = "The linear colour space that the picture was rendered in. A wrong one shows colours too dull or too strong.";
-        if let Some(space) = choice(ui, "Pixels are", &menu.space, &spaces, hint) {
+        if let Some(space) =
+            choice(ui, "Pixels are", &menu.space, &spaces, (hint, "Take the picture's numbers as "))
+        {
             color.space = Some(space);
         }
     }
 }
 
 /// What a screen reader calls it.
-fn named(response: &egui::Response, name: &str, value: &str) {
+pub(super) fn named(response: &egui::Response, name: &str, value: &str) {
     response.widget_info(|| egui::WidgetInfo {
         current_text_value: Some(value.to_owned()),
         ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
@@ -165,13 +171,14 @@ fn named(response: &egui::Response, name: &str, value: &str) {
 }
 
 /// One of several names in a row of its own: what was chosen, if anything.
-fn choice(ui: &mut Ui, label: &str, now: &str, names: &[&str], hint: &str) -> Option<String> {
+fn choice(ui: &mut Ui, label: &str, now: &str, names: &[&str], (hint, item): (&str, &str)) -> Option<String> {
     let mut chosen = None;
     ui.label(label);
     let combo = ComboBox::from_id_salt(label).selected_text(now).width(WIDTH - 110.0).truncate();
     let shown = combo.show_ui(ui, |ui| {
         for name in names {
-            if ui.selectable_label(*name == now, *name).clicked() && *name != now {
+            let response = ui.selectable_label(*name == now, *name).on_hover_text(format!("{item}{name}"));
+            if response.clicked() && *name != now {
                 chosen = Some((*name).to_owned());
             }
         }

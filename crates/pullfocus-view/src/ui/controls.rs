@@ -1,17 +1,23 @@
 //! The lens, how the blur is made, and how it is looked at.
 
+mod blur;
+
 use super::App;
+use super::color::named;
 use crate::document::{LensValues, Quantity};
 use crate::look::{From, View};
 use crate::screen::Transform;
-use eframe::egui::{self, Slider, Ui};
-use pullfocus_core::focus::{self, distance, stops};
+use eframe::egui::{self, Slider, SliderClamping, Ui};
+use pullfocus_core::focus::distance::{self, Units};
+use pullfocus_core::focus::{self, stops};
 use pullfocus_core::sensor::{self, SENSORS};
-use pullfocus_job::options::{LayeringName, MethodName, PresetName};
-use pullfocus_job::values::{Number, Shape};
+use pullfocus_job::values::Number;
 
 /// Width of the panel, so that nothing moves when a value grows longer.
 pub const WIDTH: f32 = 330.0;
+
+/// Why some views are not to be had.
+const NO_REFERENCE: &str = "No picture to compare with is open: choose one with Reference… above.";
 
 impl App {
     /// The lens of the take in front at this frame.
@@ -88,6 +94,9 @@ impl App {
             if from == From::SensorPlane { focus::to_sensor_plane(&lens, metres) } else { metres }
         };
         let mut value = shown(values.focus_m);
+        // What the field showed when it was entered: its text is read more than once.
+        let entered = egui::Id::unique("focus distance entered");
+        let before = ui.data(|data| data.get_temp(entered)).unwrap_or(value);
         let [near, far] = self.plate.as_ref().and_then(|plate| plate.histogram.range).unwrap_or([0.3, 30.0]);
         ui.horizontal(|ui| {
             self.keyed(ui, Quantity::FocusDistance, values.focus_m);
@@ -96,10 +105,14 @@ impl App {
         let slider = Slider::new(&mut value, 0.3 * near..=f64::INFINITY)
             .logarithmic(true)
             .largest_finite(3.0 * far)
-            .clamping(egui::SliderClamping::Never)
+            .clamping(SliderClamping::Never)
             .custom_formatter(move |metres, _| distance::format(metres, units))
-            .custom_parser(|text| distance::parse(text).ok());
+            .update_while_editing(false)
+            .custom_parser(move |text| typed(text, before, units));
         let response = ui.add(slider);
+        if response.gained_focus() || !(response.has_focus() || response.lost_focus()) {
+            ui.data_mut(|data| data.insert_temp(entered, value));
+        }
         response.widget_info(|| egui::WidgetInfo::slider(true, value, "Focus distance"));
         let response = response.on_hover_text(
             "What is sharp. Click on the picture to focus there. Type 2.5, 320 cm, 10' 6\" or inf.",
@@ -153,13 +166,15 @@ impl App {
             if let Some(Number(metres)) = diameter {
                 let mut mm = *metres * 1e3;
                 ui.label("Aperture diameter");
-                let slider =
-                    Slider::new(&mut mm, 0.0..=200.0).suffix(" mm").logarithmic(true).smallest_positive(0.1);
-                if ui
-                    .add(slider)
-                    .on_hover_text("How wide the aperture is: the wider, the blurrier.")
-                    .changed()
-                {
+                let slider = Slider::new(&mut mm, 0.0..=200.0)
+                    .suffix(" mm")
+                    .logarithmic(true)
+                    .smallest_positive(0.1)
+                    .clamping(SliderClamping::Never);
+                let response = ui.add(slider);
+                response.widget_info(|| egui::WidgetInfo::slider(true, mm, "Aperture diameter"));
+                let hint = "How wide the aperture is: the wider, the blurrier.";
+                if response.on_hover_text(hint).changed() && mm >= 0.0 {
                     *diameter = Some(Number(mm * 1e-3));
                 }
             }
@@ -171,34 +186,40 @@ impl App {
             ui.label(if transmittance.is_some() { "T-stop" } else { "f-stop" });
         });
         let light = transmittance.unwrap_or(1.0);
-        let mut thirds = 6.0 * stops::t_stop(f_stop, light).log2();
+        let mut stop = stops::t_stop(f_stop, light);
         let snap = self.look.thirds;
-        let slider = Slider::new(&mut thirds, 0.0..=36.0)
-            .clamping(egui::SliderClamping::Never)
-            .custom_formatter(move |thirds, _| stop_text((thirds / 6.0).exp2()))
+        let slider = Slider::new(&mut stop, 1.0..=64.0)
+            .logarithmic(true)
+            .smart_aim(false)
+            .clamping(SliderClamping::Never)
+            .custom_formatter(|stop, _| stop_text(stop))
             .custom_parser(|text| {
                 let text = text.trim().trim_start_matches(['f', 'F', 't', 'T']).trim_start_matches('/');
-                text.parse::<f64>().ok().filter(|stop| *stop > 0.0).map(|stop| 6.0 * stop.log2())
+                text.parse::<f64>().ok().filter(|stop| *stop > 0.0)
             });
         let response = ui.add(slider);
-        response.widget_info(|| egui::WidgetInfo::slider(true, thirds, "f-stop"));
+        response.widget_info(|| egui::WidgetInfo::slider(true, stop, "f-stop"));
         let response = response
             .on_hover_text("How wide the aperture is: the smaller the number, the blurrier. Keys [ and ].");
         if response.changed() {
             // What is typed stays as it is; what is dragged goes in thirds.
-            let snapped = if snap && response.dragged() { thirds.round() } else { thirds };
-            self.change(Quantity::FStop, stops::from_t_stop((snapped / 6.0).exp2(), light));
+            let thirds = (6.0 * stop.log2()).round();
+            let snapped = if snap && response.dragged() { (thirds / 6.0).exp2() } else { stop };
+            self.change(Quantity::FStop, stops::from_t_stop(snapped, light));
         }
         ui.horizontal(|ui| {
             ui.checkbox(&mut self.look.thirds, "thirds").on_hover_text("Drag in thirds of a stop.");
             let mut t_stops = transmittance.is_some();
             let hint = "Show T-stops: the light that comes through. The blur is the f-stop's all the same.";
-            if ui.checkbox(&mut t_stops, "T-stop").on_hover_text(hint).changed() {
+            let checkbox = ui.checkbox(&mut t_stops, "T-stop").on_hover_text(hint);
+            if checkbox.changed() {
                 self.look.transmittance = t_stops.then_some(0.85);
             }
             if let Some(light) = &mut self.look.transmittance {
                 let drag = egui::DragValue::new(light).range(0.1..=1.0).speed(0.01).max_decimals(2);
-                ui.add(drag).on_hover_text("The part of the light that the lens lets through.");
+                ui.add(drag)
+                    .labelled_by(checkbox.id)
+                    .on_hover_text("The part of the light that the lens lets through.");
             }
         });
     }
@@ -213,7 +234,7 @@ impl App {
             .logarithmic(true)
             .suffix(" mm")
             .max_decimals(1)
-            .clamping(egui::SliderClamping::Never);
+            .clamping(SliderClamping::Never);
         let response = ui.add(slider);
         response.widget_info(|| egui::WidgetInfo::slider(true, focal, "Focal length"));
         let hint = "The lens's focal length: the longer, the blurrier. The picture's frame stays as it was rendered.";
@@ -226,24 +247,31 @@ impl App {
         let Some(mut width) = values.sensor_mm else { return };
         let before = width;
         ui.horizontal(|ui| {
-            ui.label("Sensor");
-            let drag = egui::DragValue::new(&mut width).range(1.0..=200.0).speed(0.1).suffix(" mm");
-            ui.add(drag).on_hover_text(
+            let label = ui.label("Sensor");
+            let drag = egui::DragValue::new(&mut width)
+                .range(0.01..=f64::MAX)
+                .clamp_existing_to_range(false)
+                .speed(0.1)
+                .suffix(" mm");
+            ui.add(drag).labelled_by(label.id).on_hover_text(
                 "Width of the sensor (film back): the narrower, the blurrier at the same lens.",
             );
         });
         let name = sensor::find(width).map_or("Sensors by name", |sensor| sensor.name);
-        egui::ComboBox::from_id_salt("sensor")
+        let response = egui::ComboBox::from_id_salt("sensor")
             .selected_text(name)
             .width(WIDTH - 40.0)
             .show_ui(ui, |ui| {
                 for sensor in SENSORS {
                     let text = format!("{}  ({} mm)", sensor.name, sensor.width_mm);
-                    ui.selectable_value(&mut width, sensor.width_mm, text);
+                    let hint =
+                        format!("Blur as on a sensor of {} x {} mm.", sensor.width_mm, sensor.height_mm);
+                    ui.selectable_value(&mut width, sensor.width_mm, text).on_hover_text(hint);
                 }
             })
-            .response
-            .on_hover_text("Usual sensors by name; one of them sets the width.");
+            .response;
+        named(&response, "Sensors by name", name);
+        response.on_hover_text("Usual sensors by name; one of them sets the width.");
         if width != before {
             let front = self.front();
             let lens = &mut self.document.takes[front].lens;
@@ -281,141 +309,19 @@ impl App {
             ui.label(hyperfocal)
                 .on_hover_text("Focused here, everything from half of it to infinity is sharp.");
             ui.end_row();
-            ui.label("Sharp up to");
+            let label = ui.label("Sharp up to");
             let drag =
                 egui::DragValue::new(&mut self.look.sharp_px).range(0.2..=20.0).speed(0.05).suffix(" px");
-            ui.add(drag).on_hover_text(
+            ui.add(drag).labelled_by(label.id).on_hover_text(
                 "Diameter of the circle of confusion that still counts as sharp, in the picture's pixels.",
             );
             ui.end_row();
         });
     }
 
-    fn blur_controls(&mut self, ui: &mut Ui) {
-        ui.heading("Blur");
-        let front = self.front();
-        let blur = &mut self.document.takes[front].blur;
-        let preset = blur.preset.unwrap_or(PresetName::Final);
-        ui.horizontal(|ui| {
-            for (name, text, hint) in [
-                (
-                    PresetName::Preview,
-                    "Preview",
-                    "Two layers and one step of diffusion: quick, to choose focus and f-stop.",
-                ),
-                (
-                    PresetName::Final,
-                    "Final",
-                    "Layers through the whole depth and the aperture's own shape: the picture to keep.",
-                ),
-            ] {
-                if ui.selectable_label(preset == name, text).on_hover_text(hint).clicked() {
-                    // A preset is a whole; what was chosen over it goes.
-                    *blur = pullfocus_job::options::Blur {
-                        preset: Some(name),
-                        aperture: None,
-                        bokeh_threshold: blur.bokeh_threshold,
-                        channels: blur.channels.clone(),
-                        device: blur.device.clone(),
-                        gpu_storage: blur.gpu_storage,
-                        ..Default::default()
-                    };
-                }
-            }
-        });
-        let usual = if preset == PresetName::Preview { MethodName::Diffusion } else { MethodName::Aperture };
-        let mut method = blur.method.unwrap_or(usual);
-        let methods = [
-            (MethodName::Aperture, "Aperture"),
-            (MethodName::Diffusion, "Diffusion"),
-            (MethodName::Pyramid, "Pyramid"),
-            (MethodName::Tensor, "Tensor"),
-            (MethodName::Square, "Square"),
-            (MethodName::Gather, "Gather (slow)"),
-            (MethodName::Naive, "Naive (slow)"),
-        ];
-        ui.horizontal(|ui| {
-            ui.label("Method");
-            let name = methods.iter().find(|(known, _)| *known == method).map_or("", |(_, name)| name);
-            let before = method;
-            egui::ComboBox::from_id_salt("method").selected_text(name).show_ui(ui, |ui| {
-                for (choice, name) in methods {
-                    ui.selectable_value(&mut method, choice, name);
-                }
-            })
-            .response
-            .on_hover_text("How each layer is blurred. Aperture is nearest to a lens; the others are there to compare.");
-            if method != before {
-                // Options of one method are none of another's.
-                *blur = pullfocus_job::options::Blur {
-                    preset: blur.preset,
-                    method: (method != usual).then_some(method),
-                    layering: blur.layering,
-                    layers: blur.layers,
-                    bokeh_threshold: blur.bokeh_threshold,
-                    channels: blur.channels.clone(),
-                    device: blur.device.clone(),
-                    gpu_storage: blur.gpu_storage,
-                    ..Default::default()
-                };
-            }
-        });
-        let usual =
-            if preset == PresetName::Preview { LayeringName::Background } else { LayeringName::General };
-        let mut layering = blur.layering.unwrap_or(usual);
-        ui.horizontal(|ui| {
-            ui.label("Layers");
-            let before = layering;
-            for (choice, name, hint) in [
-                (LayeringName::Single, "one", "One layer: near and far things bleed into each other."),
-                (
-                    LayeringName::Background,
-                    "background",
-                    "Far things blur behind sharp ones, as in the first paper.",
-                ),
-                (LayeringName::General, "all", "Layers through the whole depth, near ones included."),
-            ] {
-                ui.selectable_value(&mut layering, choice, name).on_hover_text(hint);
-            }
-            if layering != before {
-                blur.layering = (layering != usual).then_some(layering);
-                blur.layers = None;
-                blur.layer_threshold = None;
-            }
-        });
-        let mut lights = blur.bokeh_threshold.is_some();
-        ui.horizontal(|ui| {
-            let hint = "Bright light out of focus as sharp images of the aperture.";
-            if ui.checkbox(&mut lights, "Highlights").on_hover_text(hint).changed() {
-                blur.bokeh_threshold = lights.then_some(Number(2.0));
-                if !lights {
-                    (blur.bokeh_gain, blur.bokeh_knee, blur.bokeh_least, blur.cats_eye) =
-                        (None, None, None, None);
-                }
-            }
-            if let Some(Number(threshold)) = &mut blur.bokeh_threshold {
-                let drag = egui::DragValue::new(threshold).range(0.05..=1000.0).speed(0.02).prefix("from ");
-                ui.add(drag).on_hover_text("Brightness from which light is a highlight; 1 is white.");
-            }
-        });
-        let shaped = method == MethodName::Aperture || lights;
-        if shaped {
-            let mut blades = match blur.aperture {
-                Some(Shape::Blades(count)) => count,
-                _ => 0,
-            };
-            let slider = Slider::new(&mut blades, 0..=12)
-                .text("blades")
-                .custom_formatter(|count, _| if count < 3.0 { "disc".into() } else { format!("{count}") })
-                .custom_parser(|text| if text == "disc" { Some(0.0) } else { text.parse().ok() });
-            if ui.add(slider).on_hover_text("Blades of the iris: the shape of lights out of focus.").changed()
-            {
-                blur.aperture = (blades >= 3).then_some(Shape::Blades(blades));
-                if blades < 3 {
-                    blur.aperture_roundness = None;
-                }
-            }
-        }
+    /// Whether there is something to be seen of a view.
+    fn has(&self, view: View) -> bool {
+        !matches!(view, View::Reference | View::Difference) || self.reference.is_some()
     }
 
     fn view_controls(&mut self, ui: &mut Ui) {
@@ -423,14 +329,10 @@ impl App {
         ui.horizontal_wrapped(|ui| {
             for view in View::ALL {
                 let (name, hint) = view.text();
-                let there = match view {
-                    View::Reference | View::Difference => self.reference.is_some(),
-                    _ => true,
-                };
-                let chosen = self.look.left == view;
-                let response =
-                    ui.add_enabled(there, egui::Button::selectable(chosen, name)).on_hover_text(hint);
-                if response.clicked() {
+                let there = self.has(view);
+                let button = egui::Button::selectable(self.look.left == view, name);
+                let response = ui.add_enabled(there, button).on_hover_text(hint);
+                if response.on_disabled_hover_text(NO_REFERENCE).clicked() {
                     self.look.left = view;
                 }
             }
@@ -444,29 +346,40 @@ impl App {
             {
                 self.look.right = wipes.then_some(View::Pinhole);
             }
+            let there = View::ALL.map(|view| self.has(view));
             if let Some(right) = &mut self.look.right {
-                egui::ComboBox::from_id_salt("right")
-                    .selected_text(right.text().0)
+                let now = right.text().0;
+                let response = egui::ComboBox::from_id_salt("right")
+                    .selected_text(now)
                     .show_ui(ui, |ui| {
-                        for view in View::ALL {
-                            ui.selectable_value(right, view, view.text().0);
+                        for (view, there) in View::ALL.into_iter().zip(there) {
+                            let (name, hint) = view.text();
+                            let button = egui::Button::selectable(*right == view, name);
+                            let response = ui.add_enabled(there, button).on_hover_text(hint);
+                            if response.on_disabled_hover_text(NO_REFERENCE).clicked() {
+                                *right = view;
+                            }
                         }
                     })
-                    .response
-                    .on_hover_text("What is shown right of the border.");
+                    .response;
+                named(&response, "Right of the border", now);
+                response.on_hover_text("What is shown right of the border.");
             }
         });
         ui.horizontal(|ui| {
             let mut alone = self.look.layer.is_some();
             let hint = "Show one layer of the composite alone, over nothing.";
-            if ui.checkbox(&mut alone, "Layer alone").on_hover_text(hint).changed() {
+            let checkbox = ui.checkbox(&mut alone, "Layer alone").on_hover_text(hint);
+            if checkbox.changed() {
                 self.look.layer = alone.then_some(0);
             }
             if let Some(layer) = &mut self.look.layer {
                 let count =
                     self.engine.state().shown[0].as_ref().map_or(1, |shown| shown.report.layers.max(1));
                 let most = if self.engine.on_gpu { 16 } else { count as u32 - 1 };
-                ui.add(egui::DragValue::new(layer).range(0..=most))
+                // What was chosen before the first picture is there may be one of its layers.
+                ui.add(egui::DragValue::new(layer).range(0..=most).clamp_existing_to_range(false))
+                    .labelled_by(checkbox.id)
                     .on_hover_text("Its number; 0 is the farthest.");
                 ui.checkbox(&mut self.look.matte, "Matte")
                     .on_hover_text("How much the layer covers of what is behind it, in place of its colour.");
@@ -491,6 +404,23 @@ impl App {
     }
 }
 
+/// A distance as it is typed into a field that shows another: a number alone has the unit that is shown.
+fn typed(text: &str, shown: f64, units: Units) -> Option<f64> {
+    let (text, was) = (text.trim(), distance::format(shown, units));
+    if text == was {
+        // Nothing was typed; what is shown is rounded.
+        return Some(shown);
+    }
+    let alone = text.chars().all(|c| c.is_ascii_digit() || " ./½¼¾".contains(c));
+    let unit = match units {
+        Units::Metres => ["mm", "cm"].into_iter().find(|unit| was.ends_with(unit)).unwrap_or("m"),
+        Units::Feet if was.ends_with('"') && !was.contains('\'') => "\"",
+        Units::Feet => "'",
+    };
+    let text = if alone { format!("{text} {unit}") } else { text.to_owned() };
+    distance::parse(&text).ok()
+}
+
 /// A stop as it is engraved, or with two digits where none is.
 fn stop_text(stop: f64) -> String {
     let near = stops::nearest(stop);
@@ -510,6 +440,35 @@ mod tests {
         for (stop, text) in [(2.8, "2.8"), (stops::third(9), "2.8"), (2.0, "2"), (3.0, "3.00"), (5.6, "5.6")]
         {
             assert_eq!(stop_text(stop), text);
+        }
+    }
+
+    #[test]
+    fn a_number_alone_has_the_unit_that_is_shown() {
+        for (text, shown, units, metres) in [
+            ("8", 3.0, Units::Metres, Some(8.0)),
+            ("50", 0.45, Units::Metres, Some(0.5)),
+            ("50", 0.045, Units::Metres, Some(0.05)),
+            ("2 m", 0.45, Units::Metres, Some(2.0)),
+            ("8", 3.0, Units::Feet, Some(8.0 * 0.3048)),
+            ("8 1/2", 3.0, Units::Feet, Some(8.5 * 0.3048)),
+            ("8 m", 3.0, Units::Feet, Some(8.0)),
+            ("8", 0.1, Units::Feet, Some(8.0 * 0.0254)),
+            ("5", f64::INFINITY, Units::Metres, Some(5.0)),
+            ("5", f64::INFINITY, Units::Feet, Some(5.0 * 0.3048)),
+            ("inf", 0.45, Units::Metres, Some(f64::INFINITY)),
+            // What stands there already stays to the last digit.
+            ("45.1 cm", 0.45123, Units::Metres, Some(0.45123)),
+            ("", 3.0, Units::Metres, None),
+        ] {
+            let found = typed(text, shown, units);
+            // A few roundings of a product.
+            let near = |a: f64, b: f64| a == b || (a / b - 1.0).abs() < 1e-12;
+            let same = match (found, metres) {
+                (Some(found), Some(metres)) => near(found, metres),
+                (found, metres) => found == metres,
+            };
+            assert!(same, "{text} beside {shown}: {found:?}");
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use super::keyboard::Action;
 use super::{App, MESSAGE};
-use crate::engine::Probe;
+use crate::engine::{Probe, Take};
 use crate::look::View;
 use eframe::egui::{self, Color32, Rect, Sense, Ui, Vec2};
+use pullfocus_core::Frame;
+use pullfocus_core::coc::CocCurve;
 use pullfocus_core::focus::{self, distance};
 
 impl App {
@@ -45,6 +47,7 @@ impl App {
                 .clicked()
             {
                 self.session.dark = Some(!dark);
+                self.keep_session();
                 ui.ctx().set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
             }
             if let Some(clip) = &self.clip {
@@ -65,13 +68,13 @@ impl App {
                 let index = self.clip.as_ref().map(|clip| clip.nearest(self.frame as f64));
                 (shelf.reading.clone(), index.and_then(|index| shelf.faults.get(&index).cloned()))
             };
+            let is_reading = reading.is_some();
             if let Some(name) = reading {
                 ui.spinner();
                 ui.label(format!("Reading {name}"));
                 if ui.small_button("Cancel").on_hover_text("Stop reading.").clicked() {
                     self.loader.cancel();
                 }
-                return;
             }
             let (state_fault, busy, note, stages) = {
                 let state = self.engine.state();
@@ -100,6 +103,9 @@ impl App {
             }
             if let Some(text) = fault.or(state_fault).or(message) {
                 ui.label(egui::RichText::new(text.clone()).strong()).on_hover_text(text);
+                return;
+            }
+            if is_reading {
                 return;
             }
             // The right end first: what is left is the stages', shortened where it is not enough.
@@ -134,8 +140,8 @@ impl App {
         let Some(plate) = self.plate.clone() else { return };
         let units = self.look.units();
         let frame = self.frame_number();
-        let curve = self.document.take(self.front(), &plate, frame).ok().and_then(|take| take.camera);
-        let formula = curve.map(|camera| camera.circle_of_confusion(&plate.scene.frame));
+        let take = self.document.take(self.front(), &plate, frame).ok();
+        let curve = take.and_then(|take| curve(&plate.scene.frame, &take));
         let mut rows: [(&str, String); 5] = [
             ("at", "–".into()),
             ("pinhole", "–".into()),
@@ -155,20 +161,18 @@ impl App {
             if let Some((_, [r, g, b, _])) = probed.filter(|(known, _)| *known == probe) {
                 rows[2].1 = format!("{r:.3} {g:.3} {b:.3}");
             }
-            match plate.depth_at(x, y) {
-                Some(metres) => {
-                    rows[3].1 = distance::format(metres, units);
-                    if let Some(formula) = formula {
-                        rows[4].1 = format!("{:+.2} px", formula.diameter(metres));
-                    }
-                }
-                None if plate.has_coc => rows[4].1 = format!("{:+.2} px", plate.depth.at(x, y)),
-                None => {
-                    rows[3].1 = "nothing there".into();
-                    if let Some(formula) = formula {
-                        rows[4].1 = format!("{:+.2} px", formula.at_infinity);
-                    }
-                }
+            let depth = plate.depth_at(x, y);
+            if !plate.has_coc {
+                rows[3].1 =
+                    depth.map_or_else(|| "nothing there".into(), |metres| distance::format(metres, units));
+            }
+            if let Some(curve) = curve {
+                let circle = if plate.has_coc {
+                    curve.adjust(f64::from(plate.depth.at(x, y)))
+                } else {
+                    curve.diameter(depth.unwrap_or(f64::INFINITY))
+                };
+                rows[4].1 = format!("{circle:+.2} px");
             }
         }
         egui::Grid::new("pixel").num_columns(2).min_col_width(60.0).show(ui, |ui| {
@@ -194,6 +198,8 @@ impl App {
         let (rect, response) =
             ui.allocate_exact_size(Vec2::new(ui.available_width(), 60.0), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Histogram of depth"));
+        let response =
+            response.on_hover_text("How much is how far away. Click or drag to focus at that distance.");
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
         let x = |place: f64| rect.left() + rect.width() * place.clamp(0.0, 1.0) as f32;
@@ -233,4 +239,14 @@ impl App {
             });
         });
     }
+}
+
+/// The circles of a take, with what is set beside its lens; none where they cannot be.
+fn curve(frame: &Frame, take: &Take) -> Option<CocCurve> {
+    let settings = &take.settings.coc;
+    match &take.camera {
+        Some(camera) => CocCurve::new(camera.circle_of_confusion(frame), frame, settings),
+        None => CocCurve::limits(frame, settings),
+    }
+    .ok()
 }

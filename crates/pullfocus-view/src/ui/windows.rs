@@ -128,7 +128,8 @@ impl App {
                 };
                 let field =
                     egui::TextEdit::singleline(&mut draft.output).desired_width(320.0).hint_text(hint);
-                ui.add(field).labelled_by(label.id);
+                let hint = "The file to write; #### stands for the frame's number. A name alone stands beside the picture.";
+                ui.add(field).labelled_by(label.id).on_hover_text(hint);
             });
             ui.checkbox(&mut draft.overwrite, "Replace files that are there")
                 .on_hover_text("Else a file that is there stops the run before it begins.");

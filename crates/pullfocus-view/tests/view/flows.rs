@@ -1,12 +1,16 @@
 //! What a hand does.
 
 use crate::window::*;
+use eframe::egui::accesskit::{Action, Role};
 use eframe::egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
+use pullfocus_core::{Frame, Plane};
+use pullfocus_io::{AttributeValue, SampleType, write_exr};
 use pullfocus_job::config::Options;
 use pullfocus_job::values::Number;
 use pullfocus_view::engine::Choice;
 use pullfocus_view::look::View;
+use pullfocus_view::session::Session;
 
 pub const TESTS: &[(&str, fn())] = &[
     ("a_click_focuses_there", a_click_focuses_there),
@@ -21,6 +25,13 @@ pub const TESTS: &[(&str, fn())] = &[
     ("stops_go_in_thirds_by_key", stops_go_in_thirds_by_key),
     ("every_control_has_a_name_and_the_sheet_opens", every_control_has_a_name_and_the_sheet_opens),
     ("memory_stays_over_a_thousand_changes", memory_stays_over_a_thousand_changes),
+    ("nothing_for_a_hand_is_nameless", nothing_for_a_hand_is_nameless),
+    ("a_shot_that_is_shown_stays_as_it_is", a_shot_that_is_shown_stays_as_it_is),
+    ("a_file_with_an_angle_alone_has_a_lens", a_file_with_an_angle_alone_has_a_lens),
+    ("the_pixel_says_what_is_rendered", the_pixel_says_what_is_rendered),
+    ("what_is_typed_has_the_unit_of_its_field", what_is_typed_has_the_unit_of_its_field),
+    ("dark_or_light_is_kept", dark_or_light_is_kept),
+    ("the_wipe_does_not_go_to_what_is_not_there", the_wipe_does_not_go_to_what_is_not_there),
 ];
 
 fn frame() -> (tempfile::TempDir, std::path::PathBuf) {
@@ -287,4 +298,155 @@ fn memory_stays_over_a_thousand_changes() {
     assert!(rendered >= 1000, "{rendered} pictures only");
     // A leaked picture of each change would be 150 KiB, 150 MiB in all; allocators and drivers keep some.
     assert!(after < before + (24 << 10), "{before} KiB before, {after} KiB after");
+}
+
+/// What takes a click or the keyboard and has no name for those who do not see it.
+fn nameless(window: &Window) -> Vec<String> {
+    let mut nameless = Vec::new();
+    let mut last = Role::Unknown;
+    for node in window.root().children_recursive() {
+        let node = node.accesskit_node();
+        let takes = [Action::Click, Action::Focus, Action::SetValue]
+            .into_iter()
+            .any(|action| node.data().supports_action(action));
+        // A slider's number stands right behind it and is a part of it.
+        let part = last == Role::Slider && node.role() == Role::SpinButton;
+        let name = node.label().or_else(|| node.value()).unwrap_or_default();
+        // What a scroll bar is its role says; the title bar of a window in the window is that window's.
+        let inside = std::iter::successors(node.parent(), |parent| parent.parent())
+            .find(|parent| parent.role() != Role::GenericContainer)
+            .is_some_and(|parent| parent.role() == Role::Window && !parent.is_root());
+        let bar = node.role() == Role::ScrollBar || (node.role() == Role::Unknown && inside);
+        if takes && !part && !bar && name.trim().is_empty() {
+            nameless.push(format!("{:?} {:?}", node.role(), node.bounding_box()));
+        }
+        last = node.role();
+    }
+    nameless
+}
+
+fn nothing_for_a_hand_is_nameless() {
+    let (_folder, path) = frame();
+    let mut window = open(&path, Choice::Cpu, None);
+    assert_eq!(nameless(&window), [""; 0]);
+    let look = window.state_mut().look_mut();
+    (look.right, look.layer, look.transmittance) = (Some(View::Depth), Some(0), Some(0.9));
+    window.get_by_label("Render…").click();
+    window.get_by_label("Highlights").click();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    wait_for(&mut window, "frame.exr");
+    settle(&mut window);
+    assert_eq!(nameless(&window), [""; 0]);
+}
+
+fn a_shot_that_is_shown_stays_as_it_is() {
+    let (folder, path) = frame();
+    let shot = folder.path().join("pull.toml");
+    let text = format!(
+        "input = {path:?}\nfocus-distance = 3.0\nf-stop = 0.7\nfocal-length = 500.0\nsensor-width = 250.0\n\
+         aperture = 'blades:16'\nbokeh-threshold = 2000.0\n"
+    );
+    std::fs::write(&shot, &text).unwrap();
+    let mut window = open(&shot, Choice::Cpu, None);
+    settle(&mut window);
+    let expected = pullfocus_job::config::parse(&text).unwrap();
+    for take in &window.state().document().takes {
+        assert_eq!((&take.lens, &take.blur), (&expected.lens, &expected.blur));
+    }
+}
+
+fn a_file_with_an_angle_alone_has_a_lens() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frame.exr");
+    let plane = |value: f32| Plane::from_fn(SIZE, |_, _| value).unwrap();
+    let planes = [("R", plane(0.5)), ("G", plane(0.5)), ("B", plane(0.5)), ("Z", plane(3.0))];
+    let planes: Vec<_> = planes.iter().map(|(name, plane)| (*name, plane, SampleType::Float)).collect();
+    let angle = [("unreal/camera/Main/fov", AttributeValue::Float(30.0))];
+    let mut file = std::fs::File::create(&path).unwrap();
+    write_exr(&mut file, &Frame::full(SIZE), &planes, &angle).unwrap();
+    let window = open(&path, Choice::Cpu, None);
+    let values = window.state().lens_values().expect("a lens");
+    assert_eq!(values.fov_degrees, Some(30.0));
+}
+
+fn the_pixel_says_what_is_rendered() {
+    let (folder, path) = frame();
+    let shot = folder.path().join("pull.toml");
+    let lens = "focus-distance = 3.0\nf-stop = 0.7\nfocal-length = 50.0\nsensor-width = 36.0";
+    // The circle in front would be of 13 pixels.
+    std::fs::write(&shot, format!("input = {path:?}\n{lens}\nmax-coc = '5'\nback = 0.0\n")).unwrap();
+    let mut window = open(&shot, Choice::Cpu, None);
+    for (pixel, circle) in [(NEAR, "-5.00 px"), (FAR, "+0.00 px")] {
+        let at = point(&window, pixel);
+        window.hover_at(at);
+        wait_for(&mut window, circle);
+    }
+}
+
+/// A slider of this name.
+fn slider<'a>(window: &'a Window, name: &'a str) -> egui_kittest::Node<'a> {
+    window.get_by(move |node| node.role() == Role::Slider && node.label().as_deref() == Some(name))
+}
+
+/// Gives the keyboard to the number of a slider, which stands right behind it.
+fn focus_number(window: &Window, name: &str) {
+    let id = slider(window, name).accesskit_node().id();
+    let mut after = window.root().children_recursive().skip_while(|node| node.accesskit_node().id() != id);
+    after.find(|node| node.accesskit_node().role() == Role::SpinButton).unwrap().focus();
+}
+
+fn what_is_typed_has_the_unit_of_its_field() {
+    let (_folder, path) = frame();
+    let mut window = open(&path, Choice::Cpu, None);
+    let shown = slider(&window, "f-stop").accesskit_node().numeric_value();
+    assert_eq!(shown, window.state().lens_values().unwrap().f_stop);
+    let foot = 0.3048;
+    for (feet, text, metres) in [
+        (true, "8", 8.0 * foot),
+        (true, "50 cm", 0.5),
+        // Beside 50.0 cm it is centimetres, though it is shown in metres then.
+        (false, "150", 1.5),
+        (false, "2", 2.0),
+        (true, "2", 2.0 * foot),
+    ] {
+        window.state_mut().look_mut().feet = feet;
+        settle(&mut window);
+        focus_number(&window, "Focus distance");
+        window.step();
+        window.step();
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.step();
+        window.event(eframe::egui::Event::Text(text.into()));
+        window.step();
+        window.key_press(Key::Enter);
+        settle(&mut window);
+        // Two roundings of a product.
+        assert!((focus(&window) / metres - 1.0).abs() < 1e-12, "{text}: {}", focus(&window));
+    }
+}
+
+fn dark_or_light_is_kept() {
+    let (folder, path) = frame();
+    let session = folder.path().join("view.toml");
+    let mut window = open(&path, Choice::Cpu, Some(&session));
+    for _ in 0..2 {
+        let wanted = if window.query_by_label("Dark").is_some() { "Dark" } else { "Light" };
+        window.get_by_label(wanted).click();
+        settle(&mut window);
+        // Nothing else changes until the window is closed.
+        eframe::App::on_exit(window.state_mut());
+        assert_eq!(Session::read(&session).dark, Some(wanted == "Dark"));
+    }
+}
+
+fn the_wipe_does_not_go_to_what_is_not_there() {
+    let (_folder, path) = frame();
+    let mut window = open(&path, Choice::Cpu, None);
+    window.state_mut().look_mut().right = Some(View::Depth);
+    settle(&mut window);
+    window.get_by_label("Right of the border").click();
+    settle(&mut window);
+    // In the row of views and in the list.
+    let all = window.query_all_by_label("Reference").map(|node| node.accesskit_node().is_disabled());
+    assert_eq!(all.collect::<Vec<_>>(), [true, true]);
 }
