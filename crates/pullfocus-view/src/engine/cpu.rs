@@ -9,8 +9,8 @@ use pullfocus_core::{Cancel, CocSettings, Layering, Method, Preset, Result, Sett
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A picture within this time feels like the hand's own movement.
-const SOON: Duration = Duration::from_millis(80);
+/// A picture within 100 ms feels like the hand's own movement; the window, drawn on the same cores, takes its part of them.
+const SOON: Duration = Duration::from_millis(60);
 /// What a pixel costs before any was measured.
 const FIRST_GUESS: Duration = Duration::from_nanos(900);
 /// One pixel stands for so many along each axis: few choices, since each is a picture of its own to make and to keep.
@@ -76,8 +76,8 @@ impl CpuBlur {
     fn learn(&mut self, settings: &Settings, time: Duration, pixels: usize) {
         let (way, cost) = (way(settings), time.as_nanos() as f64 / pixels.max(1) as f64);
         match self.costs.iter_mut().find(|(known, _)| *known == way) {
-            // One slow picture, while something else computes, is not the rule.
-            Some((_, known)) => *known = 0.7 * *known + 0.3 * cost,
+            // One slow picture, while something else computes, is not the rule; a second one is.
+            Some((_, known)) => *known += if cost > *known { 0.5 } else { 0.2 } * (cost - *known),
             None => self.costs.push((way, cost)),
         }
     }
