@@ -28,7 +28,7 @@ struct Document {
 /// Writes the lens of every frame of a shot.
 ///
 /// # Errors
-/// [`Failure`], which with `--json` is told on standard output too.
+/// [`Failure`](pullfocus_job::failure::Failure), which with `--json` is told on standard output too.
 pub fn run(args: CameraArgs) -> Result<()> {
     let json = args.json;
     match write(args) {
