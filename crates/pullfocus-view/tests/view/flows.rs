@@ -182,11 +182,13 @@ fn each_key_is_a_step_to_undo() {
     let f_stop = |window: &Window| window.state().lens_values().unwrap().f_stop.unwrap();
     let first = f_stop(&window);
     let mut stops = vec![first];
+    // Sooner after one another than changes that are one step.
     for _ in 0..2 {
         window.key_press(Key::OpenBracket);
-        settle(&mut window);
+        window.step();
         stops.push(f_stop(&window));
     }
+    settle(&mut window);
     assert!(stops[0] > stops[1] && stops[1] > stops[2], "{stops:?}");
     for expected in [stops[1], stops[0]] {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
