@@ -237,13 +237,18 @@ impl App {
     pub(crate) fn step(&mut self, by: isize) {
         let Some(clip) = &self.clip else { return };
         let index = clip.nearest(self.frame as f64).saturating_add_signed(by).min(clip.len() - 1);
-        self.frame = clip.number(index);
+        let frame = clip.number(index);
+        self.go_to(frame);
     }
 
     /// Goes to a frame.
     pub fn go_to(&mut self, frame: i64) {
         let (first, last) = self.frame_range();
         self.frame = frame.clamp(first, last);
+        if let Some(clip) = &self.clip {
+            // A frame that could not be read may be whole by now.
+            self.loader.shelf().faults.remove(&clip.source(clip.nearest(self.frame as f64)));
+        }
     }
 
     /// Whether everything that was asked for is on the screen.

@@ -24,6 +24,7 @@ pub const TESTS: &[(&str, fn())] = &[
     ("frames_come_in_the_order_of_their_numbers", frames_come_in_the_order_of_their_numbers),
     ("little_memory_is_enough", little_memory_is_enough),
     ("take_b_comes_back_and_an_unsaved_pull_is_kept", take_b_comes_back_and_an_unsaved_pull_is_kept),
+    ("a_frame_that_was_damaged_is_read_again", a_frame_that_was_damaged_is_read_again),
     ("a_still_is_held_with_both_takes", a_still_is_held_with_both_takes),
 ];
 
@@ -297,6 +298,29 @@ fn take_b_comes_back_and_an_unsaved_pull_is_kept() {
     assert!(window.state().message().unwrap().contains("unsaved.toml"));
     let kept: Options = config::read(&kept).unwrap();
     assert_eq!(kept.keys.keys()[0].focus_distance_m, Some(DEPTHS[2]));
+}
+
+/// A farm may still be writing it.
+fn a_frame_that_was_damaged_is_read_again() {
+    let folder = sequence(2);
+    let second = folder.path().join("f.0002.exr");
+    let bytes = std::fs::read(&second).unwrap();
+    std::fs::write(&second, &bytes[..bytes.len() / 2]).unwrap();
+    let mut window = open(folder.path(), Choice::Cpu, None);
+    window.key_press(Key::ArrowRight);
+    settle(&mut window);
+    assert!(window.query_by_label_contains("f.0002.exr").is_some(), "it is told of");
+    // What is seen is another frame: nothing is focused on it.
+    let keys = window.state().document().clone();
+    click(&mut window, FAR);
+    assert_eq!(*window.state().document(), keys);
+    std::fs::write(&second, &bytes).unwrap();
+    window.key_press(Key::ArrowLeft);
+    settle(&mut window);
+    window.key_press(Key::ArrowRight);
+    settle(&mut window);
+    click(&mut window, FAR);
+    assert_eq!(focus(&window), DEPTHS[2]);
 }
 
 fn a_still_is_held_with_both_takes() {
