@@ -2,7 +2,7 @@
 
 use crate::draw::Canvas;
 use crate::failure::{Failure, Result};
-use pullfocus_core::{Cancel, Frame, Picture, Plane};
+use pullfocus_core::{Cancel, Frame, Picture, Plane, Window};
 use pullfocus_io::exr::Contents;
 use pullfocus_io::images::{self, Bits, Encoding, Format, Stored};
 use pullfocus_io::output::{Existing, PendingFile};
@@ -358,6 +358,32 @@ pub fn read_picture(path: &Path, limits: &Limits) -> Result<Picture> {
     let selection = Selection { without_depth: true, ..Selection::default() };
     let loaded = load(path, &selection, limits, &Cancel::new())?;
     Ok(as_seen(&loaded.picture, &loaded.frame)?.into_owned())
+}
+
+/// Reads a picture to lie beside another one: the same pixels of the camera's view, black where it has none. A picture of another
+/// view, which has another size, is read as [`read_picture`] does.
+///
+/// # Errors
+/// Files that cannot be read.
+pub fn read_picture_beside(path: &Path, beside: &Frame, limits: &Limits) -> Result<Picture> {
+    let selection = Selection { without_depth: true, ..Selection::default() };
+    let Loaded { frame, picture, .. } = load(path, &selection, limits, &Cancel::new())?;
+    if frame.display.size != beside.display.size {
+        return Ok(as_seen(&picture, &frame)?.into_owned());
+    }
+    // Both count from the corner of what the camera sees.
+    let in_view = |frame: &Frame| {
+        let (data, display) = (frame.data, frame.display);
+        Window { x: data.x.saturating_sub(display.x), y: data.y.saturating_sub(display.y), size: data.size }
+    };
+    let (from, to) = (in_view(&frame), in_view(beside));
+    let align = |plane: Plane| align_plane(plane, from, to, 0.0);
+    let planes = |picture: Picture| -> Result<Picture> {
+        let colors = picture.colors.into_iter().map(align).collect::<std::result::Result<_, _>>()?;
+        Ok(Picture { colors, alpha: picture.alpha.map(align).transpose()? })
+    };
+    let picture = planes(picture)?;
+    Ok(as_seen(&picture, &Frame::full(to.size))?.into_owned())
 }
 
 /// What `inspect` found.

@@ -3,7 +3,7 @@
 use super::Shown;
 use crate::screen::{self, Texture};
 use eframe::wgpu;
-use pullfocus_core::{Picture, Plane};
+use pullfocus_core::{Frame, Picture, Plane};
 use pullfocus_io::Limits;
 use pullfocus_job::storage;
 use std::path::{Path, PathBuf};
@@ -21,13 +21,22 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads a picture.
+    /// Reads a picture, as it lies beside one of this frame.
     ///
     /// # Errors
     /// One sentence.
-    pub fn read(device: &wgpu::Device, queue: &wgpu::Queue, path: &Path) -> Result<Self, String> {
-        let picture =
-            storage::read_picture(path, &Limits::default()).map_err(|failure| failure.to_string())?;
+    pub fn read(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        path: &Path,
+        beside: Option<&Frame>,
+    ) -> Result<Self, String> {
+        let limits = Limits::default();
+        let picture = match beside {
+            Some(frame) => storage::read_picture_beside(path, frame, &limits),
+            None => storage::read_picture(path, &limits),
+        };
+        let picture = picture.map_err(|failure| failure.to_string())?;
         let told = |error: String| format!("{}: {error}", path.display());
         Ok(Self {
             path: path.to_owned(),

@@ -86,9 +86,11 @@ impl App {
     pub fn open_reference(&mut self, path: &Path) {
         let (sender, receiver) = mpsc::channel();
         let ((device, queue), path, ctx) = (self.device.clone(), path.to_owned(), self.ctx.clone());
+        let plate = self.plate.clone();
         let read = move || {
+            let frame = plate.as_ref().map(|plate| &plate.scene.frame);
             // Nobody waits any more where this fails.
-            let _ = sender.send(Reference::read(&device, &queue, &path));
+            let _ = sender.send(Reference::read(&device, &queue, &path, frame));
             ctx.request_repaint();
         };
         match std::thread::Builder::new().name("reference".into()).spawn(read) {

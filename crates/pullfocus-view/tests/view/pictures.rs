@@ -1,6 +1,8 @@
 //! What the picture shows.
 
 use crate::window::*;
+use pullfocus_core::{Frame, Plane, Size, Window as PixelWindow};
+use pullfocus_io::{SampleType, write_exr};
 use pullfocus_view::engine::Choice;
 use pullfocus_view::look::View;
 
@@ -9,6 +11,7 @@ pub const TESTS: &[(&str, fn())] = &[
     ("a_wipe_has_two_sides", a_wipe_has_two_sides),
     ("exposure_doubles_light", exposure_doubles_light),
     ("a_reference_is_compared", a_reference_is_compared),
+    ("a_cropped_picture_is_compared_with_a_whole_one", a_cropped_picture_is_compared_with_a_whole_one),
     ("a_layer_alone_is_less_than_all", a_layer_alone_is_less_than_all),
     ("each_frame_is_its_own_on_the_gpu", each_frame_is_its_own_on_the_gpu),
 ];
@@ -92,6 +95,33 @@ fn a_reference_is_compared() {
     let flip = window.state().flip().unwrap();
     // Halves on one side, floats on the other.
     assert!(flip < 0.01, "{flip}");
+}
+
+/// The picture's pixels are a part of what its camera sees; the reference has all of that.
+fn a_cropped_picture_is_compared_with_a_whole_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = Size::new(SIZE.width + 40, SIZE.height + 24);
+    let at = |x: usize, y: usize| if (x / 3 + y / 5).is_multiple_of(2) { 0.7 } else { 0.2 };
+    let write = |name: &str, frame: &Frame, color: Plane| {
+        let path = folder.path().join(name);
+        let depth = Plane::filled(color.size(), 2.0).unwrap();
+        let planes = [("R", &color), ("G", &color), ("B", &color), ("Z", &depth)];
+        let planes = planes.map(|(name, plane)| (name, plane, SampleType::Float));
+        write_exr(std::fs::File::create(&path).unwrap(), frame, &planes, &[]).unwrap();
+        path
+    };
+    let display = PixelWindow { x: 5, y: 7, size: whole };
+    let data = PixelWindow { x: 5 + 30, y: 7 + 10, size: SIZE };
+    let frame = Frame { display, data, ..Frame::full(SIZE) };
+    let part = write("part.exr", &frame, Plane::from_fn(SIZE, |x, y| at(x + 30, y + 10)).unwrap());
+    let all = write("all.exr", &Frame::full(whole), Plane::from_fn(whole, at).unwrap());
+    // All of it is in focus.
+    let mut window = open(&part, Choice::Cpu, None);
+    window.state_mut().open_reference(&all);
+    settle(&mut window);
+    let flip = window.state().flip().unwrap();
+    // Halves on one side, floats on the other.
+    assert!(flip < 0.01, "{flip}: {:?}", window.state().message());
 }
 
 fn a_layer_alone_is_less_than_all() {
