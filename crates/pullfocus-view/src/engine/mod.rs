@@ -11,7 +11,8 @@ use crate::clip::Plate;
 use crate::locked::lock;
 use crate::screen::Texture;
 use eframe::{egui, egui_wgpu, wgpu};
-use pullfocus_core::{Camera, Report, Settings};
+use pullfocus_core::coc::CocCurve;
+use pullfocus_core::{Camera, Frame, Report, Settings};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -23,6 +24,18 @@ pub struct Take {
     pub camera: Option<Camera>,
     /// The settings.
     pub settings: Settings,
+}
+
+impl Take {
+    /// The circles of confusion that are rendered in a frame, with what is set beside the lens; none where they cannot be.
+    pub fn curve(&self, frame: &Frame) -> Option<CocCurve> {
+        let settings = &self.settings.coc;
+        match &self.camera {
+            Some(camera) => CocCurve::new(camera.circle_of_confusion(frame), frame, settings),
+            None => CocCurve::limits(frame, settings),
+        }
+        .ok()
+    }
 }
 
 /// What is to be on the screen.

@@ -1,8 +1,9 @@
 //! The table of a display transform, on the device that draws the window.
 
 use crate::color::{SIDE, Table};
+use crate::locked::lock;
 use eframe::wgpu;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// The last table, which is brought to the device once.
 #[derive(Debug)]
@@ -24,7 +25,7 @@ impl Cube {
         table: Option<&Arc<Table>>,
     ) -> wgpu::TextureView {
         let Some(table) = table else { return self.nothing.clone() };
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = lock(&self.last);
         if let Some((_, view)) = last.as_ref().filter(|(known, _)| Arc::ptr_eq(known, table)) {
             return view.clone();
         }

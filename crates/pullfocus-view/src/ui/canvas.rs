@@ -6,8 +6,8 @@ use crate::document::Quantity;
 use crate::look::View;
 use crate::screen::{Kind, Paint, Texture};
 use eframe::egui::{self, Pos2, Rect, Response, Sense, Vec2};
-use pullfocus_core::coc::{CocCurve, CocSettings};
-use pullfocus_core::{CocFormula, Frame};
+use pullfocus_core::CocFormula;
+use pullfocus_core::coc::CocCurve;
 use std::sync::Arc;
 
 /// Screen points for a pixel, at the least and at the most.
@@ -67,7 +67,7 @@ impl App {
 
         let (left, right) = (self.side(self.look.left), self.look.right.map(|view| self.side(view)));
         let take = self.document.take(self.front(), &plate, self.plate_frame).ok();
-        let curve = curve(&plate.scene.frame, take.as_ref());
+        let curve = take.and_then(|take| take.curve(&plate.scene.frame)).unwrap_or(NOTHING);
         let depth_range = plate.histogram.range.unwrap_or([1.0, 10.0]);
         let paint = Paint {
             rect,
@@ -332,18 +332,11 @@ fn align_at(at: Pos2, align: f32, size: Vec2) -> Pos2 {
     Pos2::new(at.x - align * size.x, at.y)
 }
 
-/// The curve of a take; of nothing where it cannot be.
-fn curve(frame: &Frame, take: Option<&crate::engine::Take>) -> CocCurve {
-    let nothing = CocFormula { at_infinity: 0.0, metre_pixels: 0.0 };
-    let settings = take.map_or_else(CocSettings::default, |take| take.settings.coc.clone());
-    let formula = take
-        .and_then(|take| take.camera.as_ref())
-        .map_or(nothing, |camera| camera.circle_of_confusion(frame));
-    CocCurve::new(formula, frame, &settings).unwrap_or(CocCurve {
-        formula: nothing,
-        front: 1.0,
-        back: 1.0,
-        max: 1.0,
-        protect: None,
-    })
-}
+/// The curve where there is none.
+const NOTHING: CocCurve = CocCurve {
+    formula: CocFormula { at_infinity: 0.0, metre_pixels: 0.0 },
+    front: 1.0,
+    back: 1.0,
+    max: 1.0,
+    protect: None,
+};

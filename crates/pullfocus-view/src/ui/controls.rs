@@ -161,8 +161,8 @@ impl App {
 
     fn stop_control(&mut self, ui: &mut Ui, values: &LensValues) {
         let Some(f_stop) = values.f_stop else {
-            let diameter =
-                &mut self.document.takes[usize::from(self.look.left == View::Other)].lens.aperture_diameter;
+            let front = self.front();
+            let diameter = &mut self.document.takes[front].lens.aperture_diameter;
             if let Some(Number(metres)) = diameter {
                 let mut mm = *metres * 1e3;
                 ui.label("Aperture diameter");

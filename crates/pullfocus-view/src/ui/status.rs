@@ -2,11 +2,8 @@
 
 use super::keyboard::Action;
 use super::{App, MESSAGE};
-use crate::engine::{Probe, Take};
-use crate::look::View;
+use crate::engine::Probe;
 use eframe::egui::{self, Color32, Rect, Sense, Ui, Vec2};
-use pullfocus_core::Frame;
-use pullfocus_core::coc::CocCurve;
 use pullfocus_core::focus::{self, distance};
 
 impl App {
@@ -141,7 +138,7 @@ impl App {
         let units = self.look.units();
         let frame = self.frame_number();
         let take = self.document.take(self.front(), &plate, frame).ok();
-        let curve = take.and_then(|take| curve(&plate.scene.frame, &take));
+        let curve = take.and_then(|take| take.curve(&plate.scene.frame));
         let mut rows: [(&str, String); 5] = [
             ("at", "–".into()),
             ("pinhole", "–".into()),
@@ -155,7 +152,7 @@ impl App {
                 colors.iter().take(3).map(|plane| format!("{:.3}", plane.at(x, y))).collect();
             rows[0].1 = format!("{x}, {y}");
             rows[1].1 = color.join(" ");
-            let probe = Probe { side: usize::from(self.look.left == View::Other), at: [x, y] };
+            let probe = Probe { side: self.front(), at: [x, y] };
             self.engine.probe(probe.clone());
             let probed = self.engine.state().probed.clone();
             if let Some((_, [r, g, b, _])) = probed.filter(|(known, _)| *known == probe) {
@@ -239,14 +236,4 @@ impl App {
             });
         });
     }
-}
-
-/// The circles of a take, with what is set beside its lens; none where they cannot be.
-fn curve(frame: &Frame, take: &Take) -> Option<CocCurve> {
-    let settings = &take.settings.coc;
-    match &take.camera {
-        Some(camera) => CocCurve::new(camera.circle_of_confusion(frame), frame, settings),
-        None => CocCurve::limits(frame, settings),
-    }
-    .ok()
 }
