@@ -27,10 +27,12 @@ class Window:
         self.shots = shots
         self.env = dict(os.environ, DISPLAY=DISPLAY, XDG_RUNTIME_DIR=home, XDG_CONFIG_HOME=home, HOME=home)
         screen = f"{SIZE[0]}x{SIZE[1]}x24"
-        self.screen = subprocess.Popen(["Xvfb", DISPLAY, "-screen", "0", screen], stderr=subprocess.DEVNULL)
-        time.sleep(1)
+        # Without a reset it outlives its last client, who may be xdotool, asking whether the program is there yet.
+        command = ["Xvfb", DISPLAY, "-noreset", "-screen", "0", screen]
+        self.screen = subprocess.Popen(command, stderr=subprocess.DEVNULL)
         self.program = program
         self.process = None
+        self.wait_for(lambda: self.tool("getmouselocation", check=False) != "", 30)
 
     def launch(self, *arguments):
         self.process = subprocess.Popen([self.program, *map(str, arguments)], env=self.env)
@@ -119,6 +121,8 @@ class Window:
         if self.process and self.process.poll() is None:
             self.process.kill()
         self.screen.terminate()
+        # The next one has the same number.
+        self.screen.wait(30)
 
 
 def main():
@@ -152,11 +156,11 @@ def main():
             saved = home / "pull.toml"
             # A field that is typed into blinks, so there is no rest.
             window.keys("ctrl+s", rest=False)
-            time.sleep(1)
+            time.sleep(3)
             window.keys("ctrl+a", rest=False)
             window.type(str(saved))
             window.keys("Return")
-            window.wait_for(saved.is_file, 10)
+            window.wait_for(saved.is_file, 30)
             check(saved, program)
             window.keys("F1")
             window.keys("F1")

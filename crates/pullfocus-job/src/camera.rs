@@ -46,8 +46,9 @@ impl FileCamera {
         }
     }
 
-    /// Fills what is missing from `other`. Beside a field of view one more length is enough, and the sensor is taken.
-    pub fn fill(&mut self, other: &Self, fov_given: bool) {
+    /// Fills what is missing beside what is `given` from `other`. Beside a field of view one more length is enough, and the sensor
+    /// is taken where the focal length is not known.
+    pub fn fill(&mut self, other: &Self, given: &LensOptions) {
         let fill = |slot: &mut Option<Attribute>, from: &Option<Attribute>| {
             if slot.is_none() {
                 slot.clone_from(from);
@@ -55,10 +56,10 @@ impl FileCamera {
         };
         fill(&mut self.focus_distance, &other.focus_distance);
         fill(&mut self.f_stop, &other.f_stop);
-        let by_angle = (self.fov_x.is_some() || fov_given)
+        let by_angle = (self.fov_x.is_some() || given.fov_x.is_some())
             && !(self.focal_length.is_some() && self.sensor_width.is_some());
         if by_angle {
-            if self.focal_length.is_none() {
+            if self.focal_length.is_none() && given.focal_length.is_none() {
                 fill(&mut self.sensor_width, &other.sensor_width);
             }
         } else {
@@ -417,7 +418,7 @@ mod tests {
     #[test]
     fn what_nobody_says_can_be_assumed() {
         let resolved = |mut file: FileCamera, text: &str| {
-            file.fill(&FileCamera::assumed(), lens(text).fov_x.is_some());
+            file.fill(&FileCamera::assumed(), &lens(text));
             resolve(&lens(text), &file, "a.exr").unwrap()
         };
         let nothing = resolved(FileCamera::default(), "focus-distance = 2").camera;
@@ -428,9 +429,17 @@ mod tests {
         assert_eq!(nothing.focus_distance_m(), 2.0);
         // A field of view that is known stays: the sensor alone is assumed beside it.
         let fov = FileCamera { fov_x: attribute(30.0, "fov"), ..FileCamera::default() };
-        for camera in [resolved(fov, ""), resolved(FileCamera::default(), "fov-x = 30")] {
+        for camera in [resolved(fov.clone(), ""), resolved(FileCamera::default(), "fov-x = 30")] {
             let Lens::Ideal { fov_x_degrees, .. } = camera.camera.lens() else { panic!("an ideal lens") };
             assert_eq!(fov_x_degrees, 30.0);
+        }
+        // Beside a focal length too: then nothing is assumed of the sensor.
+        for camera in [
+            resolved(fov, "focal-length = 50\nf-stop = 2"),
+            resolved(FileCamera::default(), "fov-x = 30\nfocal-length = 50\nf-stop = 2"),
+        ] {
+            let expected = Lens::Ideal { fov_x_degrees: 30.0, aperture_diameter_m: 0.025 };
+            assert_eq!(camera.camera.lens(), expected);
         }
     }
 
@@ -457,7 +466,7 @@ mod tests {
         assert_eq!(of("focal-length = 50\nf-stop = 2", &sensor), physical);
         // A sensor that was assumed beside the angle, and is then taken as given, changes nothing.
         let mut assumed = fov;
-        assumed.fill(&FileCamera::assumed(), false);
+        assumed.fill(&FileCamera::assumed(), &LensOptions::default());
         assert_eq!(of("f-stop = 2", &assumed), of("f-stop = 2\nsensor-width = 36", &assumed));
     }
 

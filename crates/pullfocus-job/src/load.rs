@@ -298,7 +298,7 @@ fn resolve(
     }
     let lens = shot::lens_at(&job.lens, &job.keys, number);
     let mut from_file = file_camera(found, frame);
-    from_file.fill(&job.fallback, lens.fov_x.is_some());
+    from_file.fill(&job.fallback, &lens);
     let mut resolved = camera::resolve(&lens, &from_file, name)?;
     shot::name_keyed(&mut resolved.values, &job.keys, number);
     let decoding = decoding(job, found, &mut resolved.values);

@@ -12,6 +12,7 @@ use pullfocus_job::job::Job;
 use pullfocus_job::load;
 use pullfocus_job::options::Lens;
 use pullfocus_job::purpose::Purpose;
+use pullfocus_job::shot;
 use pullfocus_job::values::Number;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -96,6 +97,28 @@ impl Clip {
     pub fn number(&self, index: usize) -> i64 {
         let own = self.files(index).and_then(|files| files.number);
         own.filter(|_| self.is_numbered || self.len() == 1).unwrap_or(index as i64 + 1)
+    }
+
+    /// Whether keys can be set at frames, so that the shot renders to what was seen.
+    ///
+    /// # Errors
+    /// One sentence: frames without numbers of their own, or that share them.
+    pub fn may_key(&self) -> std::result::Result<(), String> {
+        if self.is_numbered || self.is_still() {
+            return Ok(());
+        }
+        Err("keys stand at frames, and these files have no numbers or share them: open a sequence (shot.####.exr)".into())
+    }
+
+    /// Whether these keys are at frames that a run finds.
+    ///
+    /// # Errors
+    /// One sentence, as [`Clip::may_key`]'s or `render`'s own.
+    pub fn check_keys(&self, options: &Options) -> std::result::Result<(), String> {
+        if !options.keys.is_empty() {
+            self.may_key()?;
+        }
+        shot::check(&options.keys, &options.lens, &self.job.frames).map_err(|failure| failure.to_string())
     }
 
     /// The frame whose number is nearest.

@@ -96,9 +96,17 @@ fn a_foreground_is_soft_over_what_is_behind_it() {
     }
 }
 
+/// What a click meets in a picture of this size; drawn and asked in one go, since other tests draw too.
+fn distance_at(size: Size, x: usize, y: usize) -> f64 {
+    with_live(|live| {
+        live.frame(&shot(), size).expect("it renders");
+        live.distance_at(x, y).expect("an answer")
+    })
+}
+
 fn distance_of(name: &str) -> f64 {
     let (columns, rows) = around(name, 0.03, 0);
-    with_live(|live| live.distance_at(*columns.start() as usize, *rows.start() as usize).expect("an answer"))
+    distance_at(SIZE, *columns.start() as usize, *rows.start() as usize)
 }
 
 fn the_focus_follows_a_click() {
@@ -113,7 +121,6 @@ fn the_focus_follows_a_click() {
 }
 
 fn a_click_on_the_foreground_meets_it() {
-    shoot(&shot());
     let near_m = distance_of(NEAR[0].0);
     assert!((0.25..0.45).contains(&near_m), "the white queen is {near_m} m away");
 }
@@ -145,7 +152,7 @@ fn sizes_come_and_go() {
             assert!(brightest > Some(&10), "a black picture of {size}");
         }
         // A click outside meets the edge.
-        let distance = with_live(|live| live.distance_at(9999, 9999)).expect("an answer");
+        let distance = distance_at(size, 9999, 9999);
         assert!(distance > 0.1, "{distance} m at {size}");
     }
     // A small picture shows the same as a large one: nearer to it than to one from three pixels beside.

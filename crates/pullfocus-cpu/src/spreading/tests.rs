@@ -381,8 +381,8 @@ fn large_circles_are_cancelled_soon() {
         let result = spread(&mut [&mut plane], &spreading, &mut SpreadBuffers::default(), &cancel);
         let late = raised.join().unwrap().elapsed();
         assert_eq!(result, Err(Error::Cancelled));
-        // The promise is 50 ms; a loaded machine may hold the thread itself back, so ten times that are allowed.
-        assert!(late < Duration::from_millis(500), "{method:?} {psf:?} went on for {late:?}");
+        // The promise is 50 ms; a loaded machine holds the threads back, and what is not cut goes on for many seconds.
+        assert!(late < Duration::from_secs(2), "{method:?} {psf:?} went on for {late:?}");
     }
 }
 

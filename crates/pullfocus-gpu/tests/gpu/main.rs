@@ -46,7 +46,9 @@ impl RenderSubject for Subject {
 }
 
 fn main() {
-    let arguments = Arguments::from_args();
+    let mut arguments = Arguments::from_args();
+    // All share one device, which waits for nobody: a test that measures how soon it stops would measure the others.
+    arguments.test_threads = Some(1);
     let there = device::there();
     let mut trials = Vec::new();
     let mut add = |name: String, test: Box<dyn FnOnce() + Send>| {

@@ -106,7 +106,7 @@ fn a_long_draw_hears_a_wish_to_stop() {
     let late = ended.saturating_duration_since(raise.join().expect("the flag is raised"));
     assert!(matches!(result, Ok(_) | Err(Error::Cancelled)), "{result:?}");
     // The promise is 50 ms; a loaded machine stretches it, and what is not cut goes on for seconds.
-    assert!(late < Duration::from_millis(1500), "it went on for {late:?} of {:?}", start.elapsed());
+    assert!(late < Duration::from_secs(2), "it went on for {late:?} of {:?}", start.elapsed());
     eprintln!("{} after {late:?} of {:?}", if result.is_ok() { "done" } else { "stopped" }, start.elapsed());
 }
 

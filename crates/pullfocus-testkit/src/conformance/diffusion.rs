@@ -406,8 +406,9 @@ pub fn a_raised_flag_cancels(subject: &mut impl DiffusionSubject) {
     }
 }
 
-/// The promise is 50 ms; a loaded machine may hold the thread itself back, so ten times that are allowed.
-pub(super) const CANCELLED_WITHIN: Duration = Duration::from_millis(500);
+/// The promise is 50 ms. A loaded machine holds the threads themselves back, by half a second and more where a software device
+/// shares two processors with a compiler; what is not cut goes on for many seconds.
+pub(super) const CANCELLED_WITHIN: Duration = Duration::from_secs(2);
 
 /// Raises a flag after 30 ms and returns how long after that `work` ended.
 pub(super) fn cancelled_after<T>(work: impl FnOnce(&Cancel) -> T) -> (T, Duration) {

@@ -1,6 +1,7 @@
 //! Configs as the library `ocio` reads them.
 
 use super::{Ask, Choice, Display, Menu, Source, Table};
+use ocio::config::archive::OciozArchive;
 use ocio::config::collect_context_variables;
 use ocio::{ColorSpaceDirection, ColorSpaceTransform, Config, Context, Transform};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -128,7 +129,11 @@ fn open(path: &str) -> Result<Config, String> {
         if data.len() > LARGEST_BYTES {
             return Err(format!("it has {} bytes, more than any config", data.len()));
         }
-        let text = std::fs::read(path).map_err(|error| error.to_string())?;
+        let mut text = std::fs::read(path).map_err(|error| error.to_string())?;
+        if text.starts_with(b"PK") {
+            let archive = OciozArchive::open(path).and_then(|archive| archive.config_data());
+            text = archive.map_err(|error| told(&error))?.into_bytes();
+        }
         if aliases(&text) > MOST_ALIASES {
             return Err(format!("it refers back to itself (YAML's *name) more than {MOST_ALIASES} times"));
         }
@@ -243,6 +248,7 @@ fn bake(config: &Config, menu: &Menu) -> Result<Table, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write as _;
     use std::path::PathBuf;
 
     fn ask(config: Source) -> Ask {
@@ -306,10 +312,29 @@ colorspaces:
         assert!(errors[errors.len() - 1] < 12.0, "{:?}", errors.last());
     }
 
+    /// An archive with this config.
+    fn archived(folder: &Path, name: &str, text: &str) -> Source {
+        let path = folder.join(name);
+        let mut archive = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+        archive.start_file("config.ocio", zip::write::SimpleFileOptions::default()).unwrap();
+        archive.write_all(text.as_bytes()).unwrap();
+        archive.finish().unwrap();
+        Source::File(path)
+    }
+
+    #[test]
+    fn a_config_may_be_in_an_archive() {
+        let folder = tempfile::tempdir().unwrap();
+        let source = archived(folder.path(), "studio.ocioz", &config("!<MatrixTransform> {}"));
+        let (menu, table) = Reader::new(None).read(&ask(source));
+        assert!(menu.unwrap().display == "Cinema" && table.is_ok());
+    }
+
     #[test]
     fn what_cannot_be_read_is_one_sentence() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
+        let aliases = (0..9).map(|i| format!("a{}: &a{} [*a{i}, *a{i}]\n", i + 1, i + 1)).collect::<String>();
         let one = |name, out: &str| written(folder, name, &config(out));
         let bad = [
             (Source::File(folder.join("none.ocio")), "none.ocio"),
@@ -325,14 +350,8 @@ colorspaces:
                 ),
                 "no display",
             ),
-            (
-                written(
-                    folder,
-                    "aliases.ocio",
-                    &(0..9).map(|i| format!("a{}: &a{} [*a{i}, *a{i}]\n", i + 1, i + 1)).collect::<String>(),
-                ),
-                "refers back",
-            ),
+            (written(folder, "aliases.ocio", &aliases), "refers back"),
+            (archived(folder, "aliases.ocioz", &aliases), "refers back"),
             (one("self.ocio", "!<ColorSpaceTransform> {src: out, dst: lin}"), "Film"),
             (one("missing.ocio", "!<FileTransform> {src: none.cube}"), "none.cube"),
             (

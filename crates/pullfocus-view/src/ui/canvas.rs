@@ -227,7 +227,7 @@ impl App {
 
     /// Keys a rack from one pixel here to another a second later, or at the last frame.
     fn rack(&mut self, from: [f32; 2], to: [f32; 2]) {
-        if self.plate_here().is_none_or(|plate| plate.has_coc) {
+        if self.plate_here().is_none_or(|plate| plate.has_coc) || !self.may_key() {
             return;
         }
         let [from, to] = [from, to].map(|pixel| self.distance_at(pixel).unwrap_or(f64::INFINITY));
@@ -253,7 +253,8 @@ impl App {
             View::Result => (Kind::Light, shown(0).or_else(pinhole)),
             View::Other => (Kind::Light, shown(1).or_else(pinhole)),
             View::Pinhole => (Kind::Light, pinhole()),
-            View::Depth => (Kind::Depth, None),
+            View::Depth if self.plate.as_ref().is_none_or(|plate| !plate.has_coc) => (Kind::Depth, None),
+            View::Depth => (Kind::Coc, None),
             View::Coc => (Kind::Coc, None),
             View::Reference => {
                 (Kind::Light, self.reference.as_ref().map(|reference| reference.texture.clone()))

@@ -72,14 +72,20 @@ impl App {
             self.config_control(ui);
             self.view_choices(ui);
         });
-        if self.colors.is_busy() {
-            ui.horizontal(|ui| {
-                ui.spinner();
+        // One line in any case, so that what is below stays where it is.
+        ui.horizontal(|ui| {
+            ui.set_min_height(ui.spacing().interact_size.y);
+            if self.colors.is_busy() {
+                ui.add(egui::Spinner::new().size(12.0));
                 ui.label("Making the view");
-            });
-        } else if let Some(fault) = &self.colors.state.fault {
-            ui.label(egui::RichText::new(fault).strong());
-        }
+            } else if let Some(fault) = &self.colors.state.fault {
+                ui.add(egui::Label::new(egui::RichText::new(fault).strong()).truncate())
+                    .on_hover_text(fault.as_str());
+            } else if let Some(menu) = &self.colors.state.menu {
+                ui.add(egui::Label::new(egui::RichText::new(&menu.config).weak()).truncate())
+                    .on_hover_text("The config whose view is shown.");
+            }
+        });
     }
 
     fn config_control(&mut self, ui: &mut Ui) {

@@ -18,6 +18,7 @@ pub const WIDTH: f32 = 330.0;
 
 /// Why some views are not to be had.
 const NO_REFERENCE: &str = "No picture to compare with is open: choose one with Reference… above.";
+const NO_DEPTH: &str = "The file holds circles of confusion, and no depth.";
 
 impl App {
     /// The lens of the take in front at this frame.
@@ -76,7 +77,7 @@ impl App {
         let hint =
             if keyed { "Take this value's keys away." } else { "Let this value move: key it at this frame." };
         let response = ui.selectable_label(keyed, "key").on_hover_text(hint);
-        if response.clicked() {
+        if response.clicked() && (keyed || self.may_key()) {
             let frame = self.frame_number();
             let result = self.document.toggle_keyed(self.front(), quantity, value, frame);
             self.tell(result);
@@ -319,9 +320,13 @@ impl App {
         });
     }
 
-    /// Whether there is something to be seen of a view.
-    fn has(&self, view: View) -> bool {
-        !matches!(view, View::Reference | View::Difference) || self.reference.is_some()
+    /// Why there is nothing to be seen of a view, if there is nothing.
+    fn lacks(&self, view: View) -> Option<&'static str> {
+        match view {
+            View::Reference | View::Difference => self.reference.is_none().then_some(NO_REFERENCE),
+            View::Depth => self.plate.as_ref().is_some_and(|plate| plate.has_coc).then_some(NO_DEPTH),
+            _ => None,
+        }
     }
 
     fn view_controls(&mut self, ui: &mut Ui) {
@@ -329,10 +334,10 @@ impl App {
         ui.horizontal_wrapped(|ui| {
             for view in View::ALL {
                 let (name, hint) = view.text();
-                let there = self.has(view);
+                let lacks = self.lacks(view);
                 let button = egui::Button::selectable(self.look.left == view, name);
-                let response = ui.add_enabled(there, button).on_hover_text(hint);
-                if response.on_disabled_hover_text(NO_REFERENCE).clicked() {
+                let response = ui.add_enabled(lacks.is_none(), button).on_hover_text(hint);
+                if response.on_disabled_hover_text(lacks.unwrap_or_default()).clicked() {
                     self.look.left = view;
                 }
             }
@@ -346,17 +351,17 @@ impl App {
             {
                 self.look.right = wipes.then_some(View::Pinhole);
             }
-            let there = View::ALL.map(|view| self.has(view));
+            let lacks = View::ALL.map(|view| self.lacks(view));
             if let Some(right) = &mut self.look.right {
                 let now = right.text().0;
                 let response = egui::ComboBox::from_id_salt("right")
                     .selected_text(now)
                     .show_ui(ui, |ui| {
-                        for (view, there) in View::ALL.into_iter().zip(there) {
+                        for (view, lacks) in View::ALL.into_iter().zip(lacks) {
                             let (name, hint) = view.text();
                             let button = egui::Button::selectable(*right == view, name);
-                            let response = ui.add_enabled(there, button).on_hover_text(hint);
-                            if response.on_disabled_hover_text(NO_REFERENCE).clicked() {
+                            let response = ui.add_enabled(lacks.is_none(), button).on_hover_text(hint);
+                            if response.on_disabled_hover_text(lacks.unwrap_or_default()).clicked() {
                                 *right = view;
                             }
                         }
@@ -396,10 +401,12 @@ impl App {
             }
         });
         self.color_controls(ui);
-        let state = self.engine.state();
-        if let Some(comparison) = &state.comparison {
-            ui.label(format!("FLIP {:.4}, PSNR {:.2} dB", comparison.flip, comparison.psnr))
-                .on_hover_text("Take A beside the reference: FLIP 0 and a high PSNR mean alike.");
+        if self.look.shows(View::Difference) {
+            let text = match &self.engine.state().comparison {
+                Some(found) => format!("FLIP {:.4}, PSNR {:.2} dB", found.flip, found.psnr),
+                None => "FLIP and PSNR are on their way".into(),
+            };
+            ui.label(text).on_hover_text("Take A beside the reference: FLIP 0 and a high PSNR mean alike.");
         }
     }
 }

@@ -125,10 +125,14 @@ impl App {
         let existing = if replace { Existing::Replace } else { Existing::Refuse };
         match config::write_to(self.document.shot(), path, existing) {
             Ok(()) => {
-                self.say(format!(
-                    "Saved. `pullfocus render --shot {}` renders these pixels.",
-                    clip::file_name(path)
-                ));
+                let keys = self.clip.as_ref().map_or(Ok(()), |clip| clip.check_keys(self.document.shot()));
+                self.say(match keys {
+                    Ok(()) => {
+                        let name = clip::file_name(path);
+                        format!("Saved. `pullfocus render --shot {name}` renders these pixels.")
+                    }
+                    Err(sentence) => format!("Saved, but `pullfocus render` will not take it: {sentence}"),
+                });
                 self.saved = Some(ShotFile::of(path));
                 self.session.opened(path);
             }
@@ -215,8 +219,9 @@ impl App {
         self.go_to(frame);
         let title = clip.as_ref().map_or_else(String::new, |clip| format!("{} – ", clip.name));
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title}pullfocus")));
+        let keys = clip.map_or(Ok(()), |clip| clip.check_keys(self.document.shot()));
         let warnings = plate.map(|plate| plate.warnings.clone()).unwrap_or_default();
-        if let Some(warning) = warnings.into_iter().next() {
+        if let Some(warning) = keys.err().or(warnings.into_iter().next()) {
             self.say(warning);
         }
     }

@@ -123,7 +123,7 @@ impl App {
             Action::First => self.go_to(i64::MIN),
             Action::Last => self.go_to(i64::MAX),
             Action::KeyHere => {
-                if let Some(plate) = self.plate_here() {
+                if let Some(plate) = self.plate_here().filter(|_| self.may_key()) {
                     let result = self.document.key_here(self.front(), &plate, frame);
                     self.tell(result);
                 }

@@ -217,6 +217,14 @@ impl App {
         self.tell(result);
     }
 
+    /// Whether keys can be set here; says why not.
+    pub(crate) fn may_key(&mut self) -> bool {
+        let may = self.clip.as_ref().map_or(Ok(()), |clip| clip.may_key());
+        let may_key = may.is_ok();
+        self.tell(may);
+        may_key
+    }
+
     /// The take whose controls are shown: B where it alone is looked at.
     pub(crate) fn front(&self) -> usize {
         usize::from(self.look.left == View::Other)
