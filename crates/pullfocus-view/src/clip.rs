@@ -137,6 +137,11 @@ impl Clip {
         self.len() == 1
     }
 
+    /// Whether it is one picture over several frames.
+    pub fn is_held(&self) -> bool {
+        self.len() > 1 && self.sources.iter().all(|&source| source == 0)
+    }
+
     /// Reads a frame.
     ///
     /// # Errors
@@ -251,6 +256,16 @@ impl Plate {
             }
         }
         Ok(Cow::Owned(picture))
+    }
+
+    /// The first three colours of [`Plate::in_focus`] at a pixel of the picture.
+    pub fn colors_at(&self, x: usize, y: usize) -> Vec<f32> {
+        let base = &self.scene.base.picture;
+        let near = self.scene.foreground.as_ref().map(|near| &near.picture);
+        let alpha = near.map_or(0.0, |near| near.alpha.as_ref().map_or(1.0, |alpha| alpha.at(x, y)));
+        let over = |i: usize| near.and_then(|near| near.colors.get(i)).map_or(0.0, |plane| plane.at(x, y));
+        let under = base.colors.iter().take(3).enumerate();
+        under.map(|(i, plane)| over(i) + (1.0 - alpha) * plane.at(x, y)).collect()
     }
 
     /// Bytes of memory, proxies left out.

@@ -26,6 +26,19 @@ pub struct Request {
     pub frame: i64,
     /// Take B, where it is another than take A.
     pub other: Option<Options>,
+    /// What becomes of what is open.
+    pub how: How,
+}
+
+/// What becomes of what is open when something else is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum How {
+    /// It goes.
+    Anew,
+    /// Nothing was; the last session comes back.
+    Back,
+    /// It stays, with all that is made meanwhile: the picture is held over other frames.
+    Held,
 }
 
 /// What there is.
@@ -49,6 +62,11 @@ impl Shelf {
     /// A frame, if it is there.
     pub fn plate(&self, index: usize) -> Option<Arc<Plate>> {
         self.plates.iter().find(|(known, _)| *known == index).map(|(_, plate)| Arc::clone(plate))
+    }
+
+    /// A frame that is there, whichever.
+    pub fn any(&self) -> Option<(usize, Arc<Plate>)> {
+        self.plates.first().cloned()
     }
 
     /// Whether a frame is there.
@@ -138,6 +156,14 @@ impl Loader {
         if inbox.open.is_none() && inbox.wanted != frames && inbox.stopped.as_ref() != Some(&frames) {
             inbox.stopped = None;
             inbox.wanted = frames;
+            self.shared.wake.notify_one();
+        }
+    }
+
+    /// Reads a frame that could not be read once more: it may be whole by now.
+    pub fn retry(&self, index: usize) {
+        let _inbox = lock(&self.shared.inbox);
+        if lock(&self.shared.shelf).faults.remove(&index).is_some() {
             self.shared.wake.notify_one();
         }
     }
@@ -240,24 +266,49 @@ fn run(shared: &Shared) {
     }
 }
 
-/// Opens a clip with its first frame; only where both work does it take the place of what was open.
+/// A clip's frame that is looked at first, or one that can be read where that cannot; and those that cannot be.
+fn first(
+    clip: &Clip,
+    frame: i64,
+    cancel: &Cancel,
+) -> Result<(usize, Plate, HashMap<usize, String>), Failure> {
+    let mut faults = HashMap::new();
+    let mut told = None;
+    let wanted = clip.source(clip.nearest(frame as f64));
+    for index in std::iter::once(wanted).chain(0..clip.len()) {
+        if faults.contains_key(&index) || clip.source(index) != index {
+            continue;
+        }
+        match clip.read(index, cancel) {
+            Ok(plate) => return Ok((index, plate, faults)),
+            Err(failure) if failure.is_cancelled() => return Err(failure),
+            Err(failure) => {
+                faults.insert(index, failure.to_string());
+                told.get_or_insert(failure);
+            }
+        }
+    }
+    Err(told.unwrap_or_else(|| Failure::failed("there is no frame to be read")))
+}
+
+/// Opens a clip with a frame of it; only where both work does it take the place of what was open.
 fn open(shared: &Shared, request: Request, cancel: &Cancel) {
-    let Request { path, options, frame, other } = request;
+    let Request { path, options, frame, .. } = &request;
     let opened = (|| {
-        let options = match &path {
-            Some(path) => opening::options(path, &options)?,
-            None => options,
+        let options = match path {
+            Some(path) => opening::options(path, options)?,
+            None => options.clone(),
         };
         let clip = Clip::open(&options)?;
-        let plate = clip.read(0, cancel)?;
-        Ok::<_, Failure>((options, clip, plate))
+        let found = first(&clip, *frame, cancel)?;
+        Ok::<_, Failure>((options, clip, found))
     })();
     let mut shelf = lock(&shared.shelf);
     match opened {
-        Ok((options, clip, plate)) => {
-            let opened = Some(Request { path, options, frame, other });
-            *shelf = Shelf { clip: Some(Arc::new(clip)), opened, ..Shelf::default() };
-            shelf.keep(0, Arc::new(plate), &[], shared.room);
+        Ok((options, clip, (index, plate, faults))) => {
+            let opened = Some(Request { options, ..request });
+            *shelf = Shelf { clip: Some(Arc::new(clip)), opened, faults, ..Shelf::default() };
+            shelf.keep(index, Arc::new(plate), &[], shared.room);
         }
         Err(failure) if failure.is_cancelled() => {}
         Err(failure) => shelf.fault = Some(failure.to_string()),

@@ -1,9 +1,12 @@
 //! What comes back when the program is started again: recent files, the last shot, how it was looked at.
 
+use crate::locked::lock;
 use crate::look::Look;
 use pullfocus_job::storage;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
 
 /// How many recent files are remembered.
 const MOST_RECENT: usize = 12;
@@ -63,9 +66,95 @@ impl Session {
     /// Puts a file on top of the recent ones.
     pub fn opened(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        if path.to_str().is_none() {
+            // A session is text, and this name is none.
+            return;
+        }
         self.recent.retain(|known| *known != path);
         self.recent.insert(0, path);
         self.recent.truncate(MOST_RECENT);
+    }
+}
+
+#[derive(Default)]
+struct Desk {
+    next: Option<Session>,
+    is_writing: bool,
+    fault: Option<String>,
+    quit: bool,
+}
+
+#[derive(Default)]
+struct Shared {
+    desk: Mutex<Desk>,
+    bell: Condvar,
+}
+
+impl Shared {
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        lock(&self.desk)
+    }
+
+    fn wait(&self, idle: impl FnMut(&mut Desk) -> bool) -> MutexGuard<'_, Desk> {
+        self.bell.wait_while(self.desk(), idle).unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A thread that writes sessions, so that no disk, and no server that is away, holds the window up. What was handed over last is
+/// written when this is dropped.
+pub struct Keeper {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Keeper {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The system's, if there is no thread to be had.
+    pub fn start(path: &Path) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let (theirs, path) = (Arc::clone(&shared), path.to_owned());
+        let work = move || {
+            loop {
+                let mut desk = theirs.wait(|desk| desk.next.is_none() && !desk.quit);
+                let Some(session) = desk.next.take() else { return };
+                desk.is_writing = true;
+                drop(desk);
+                let fault = session.write(&path).err();
+                let mut desk = theirs.desk();
+                (desk.is_writing, desk.fault) = (false, fault);
+                theirs.bell.notify_all();
+            }
+        };
+        let thread = std::thread::Builder::new().name("session".into()).spawn(work)?;
+        Ok(Self { shared, thread: Some(thread) })
+    }
+
+    /// Hands a session over, in the place of one that is not begun.
+    pub fn keep(&self, session: Session) {
+        self.shared.desk().next = Some(session);
+        self.shared.bell.notify_all();
+    }
+
+    /// Waits until what was handed over is written, or cannot be.
+    pub fn finish(&self) {
+        drop(self.shared.wait(|desk| desk.next.is_some() || desk.is_writing));
+    }
+
+    /// Why the last one could not be written, told once.
+    pub fn take_fault(&self) -> Option<String> {
+        self.shared.desk().fault.take()
+    }
+}
+
+impl Drop for Keeper {
+    fn drop(&mut self) {
+        self.shared.desk().quit = true;
+        self.shared.bell.notify_all();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
     }
 }
 
@@ -86,6 +175,21 @@ mod tests {
         let back = Session::read(&path);
         assert_eq!(back, session);
         assert_eq!(back.recent, [PathBuf::from("/a.exr"), PathBuf::from("/b.exr")]);
+        // By the thread, which writes the last one whenever it ends.
+        for frame in 0..20 {
+            let keeper = Keeper::start(&path).unwrap();
+            (0..=frame).for_each(|frame| keeper.keep(Session { frame, ..session.clone() }));
+            if frame % 2 == 0 {
+                keeper.finish();
+                assert_eq!(Session::read(&path).frame, frame);
+            }
+            drop(keeper);
+            assert_eq!(Session::read(&path).frame, frame);
+        }
+        let nowhere = Keeper::start(&path.join("a file is no folder/view.toml")).unwrap();
+        nowhere.keep(session);
+        nowhere.finish();
+        assert!(nowhere.take_fault().unwrap().contains("view.toml") && nowhere.take_fault().is_none());
         std::fs::write(&path, "frame = [").unwrap();
         assert_eq!(Session::read(&path), Session::default());
         assert_eq!(Session::read(&folder.path().join("none")), Session::default());

@@ -12,6 +12,12 @@ mod spreading;
 use libtest_mimic::{Arguments, Trial};
 use pullfocus_core::{Camera, Cancel, Diffusion, Method, Plane, Report, Result, Scene, Settings};
 use pullfocus_testkit::conformance::{DiffusionSubject, Medium, RenderSubject};
+use std::sync::{PoisonError, RwLock};
+
+/// All tests share one device: one that measures how soon it stops runs while no other has it.
+static COMPANY: RwLock<()> = RwLock::new(());
+const ALONE: [&str; 3] =
+    ["a_run_is_cancelled", "a_flag_stops_the_lights", "a_long_draw_hears_a_wish_to_stop"];
 
 /// The device as a backend.
 struct Subject;
@@ -46,13 +52,14 @@ impl RenderSubject for Subject {
 }
 
 fn main() {
-    let mut arguments = Arguments::from_args();
-    // All share one device, which waits for nobody: a test that measures how soon it stops would measure the others.
-    arguments.test_threads = Some(1);
+    let arguments = Arguments::from_args();
     let there = device::there();
     let mut trials = Vec::new();
     let mut add = |name: String, test: Box<dyn FnOnce() + Send>| {
+        let alone = ALONE.iter().any(|part| name.contains(part));
         let run = move || {
+            let _company = (!alone).then(|| COMPANY.read().unwrap_or_else(PoisonError::into_inner));
+            let _solitude = alone.then(|| COMPANY.write().unwrap_or_else(PoisonError::into_inner));
             test();
             Ok(())
         };

@@ -96,7 +96,15 @@ impl Reader {
         let Some((_, _, config)) = &self.config else { return (None, Err(format!("{path}: {instead}"))) };
         let menu = match guarded(|| menu(config, &path, ask)) {
             Ok(menu) => menu,
-            Err(reason) => return (None, Err(format!("{path}: {reason}; {instead}"))),
+            Err(reason) => {
+                // What there is instead, to choose from: the names may be of another show's config.
+                let usual = Ask {
+                    choice: Choice { config: ask.choice.config.clone(), ..Choice::default() },
+                    ..ask.clone()
+                };
+                let menu = guarded(|| menu(config, &path, &usual)).ok();
+                return (menu, Err(format!("{path}: {reason}; {instead}")));
+            }
         };
         let key = [&menu.space, &menu.display, &menu.view].map(String::clone);
         if let Some((_, table)) = self.baked.as_ref().filter(|(known, _)| *known == key) {
@@ -372,16 +380,21 @@ colorspaces:
         }
         // And goes on.
         assert!(reader.read(&ask(Source::BuiltIn)).1.is_ok());
-        let wrong = |choice: Choice| reader.read(&Ask { choice, file: None, again: 0 }).1.unwrap_err();
-        let mut wrong = wrong;
+        let mut wrong = |choice: Choice| {
+            let (menu, table) = reader.read(&Ask { choice, file: None, again: 0 });
+            (menu, table.unwrap_err())
+        };
         for (display, view, space) in
             [(Some("Nowhere"), None, None), (None, Some("Nothing"), None), (None, None, Some("No"))]
         {
             let [display, view, space] =
                 [display, view, space].map(|name: Option<&str>| name.map(str::to_owned));
             let name = display.clone().or(view.clone()).or(space.clone()).unwrap();
-            let sentence = wrong(Choice { display, view, space, ..Choice::default() });
+            let (menu, sentence) = wrong(Choice { display, view, space, ..Choice::default() });
             assert!(sentence.contains(&name), "{sentence}");
+            // The way out: what there is instead.
+            let menu = menu.unwrap();
+            assert!(menu.views(&menu.display).contains(&menu.view) && menu.spaces.contains(&menu.space));
         }
     }
 

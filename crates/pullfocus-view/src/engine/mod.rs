@@ -139,6 +139,8 @@ pub struct State {
 struct Inbox {
     ask: Option<Ask>,
     serial: u64,
+    /// Of what is open: pictures of another are not shown.
+    opened: u64,
     probe: Option<Probe>,
     /// The pixel last asked for, and how many pictures there were.
     probed: Option<(Probe, u64)>,
@@ -254,6 +256,7 @@ impl Engine {
         let mut inbox = lock(&self.shared.inbox);
         inbox.ask = None;
         inbox.serial += 1;
+        inbox.opened += 1;
         self.shared.cancel.cancel();
         let mut state = lock(&self.shared.state);
         *state = State { lost: state.lost.clone(), count: state.count, ..State::default() };

@@ -28,6 +28,8 @@ pub struct Worker {
     cpu: CpuBlur,
     device: (wgpu::Device, wgpu::Queue),
     serial: u64,
+    /// What was open when the work began.
+    opened: u64,
 }
 
 /// Whether another device may do what this one could not.
@@ -56,6 +58,7 @@ impl Worker {
             cpu: CpuBlur::new(device, queue),
             device: (device.clone(), queue.clone()),
             serial: 0,
+            opened: 0,
         }
     }
 
@@ -71,7 +74,7 @@ impl Worker {
             }
             let probe = inbox.probe.take();
             let ask = (inbox.serial != self.serial).then(|| inbox.ask.clone());
-            self.serial = inbox.serial;
+            (self.serial, self.opened) = (inbox.serial, inbox.opened);
             if ask.is_some() {
                 shared.cancel.reset();
             }
@@ -164,9 +167,10 @@ impl Worker {
                 };
                 let milliseconds = 1e3 * shown.time.as_secs_f64();
                 tracing::debug!(milliseconds, reduced, "picture");
-                // Another file may have been opened meanwhile: its pictures come alone.
+                // Another file may have been opened meanwhile: its pictures come alone. Another frame is no reason, else nothing would
+                // be seen of a shot that plays faster than it is rendered.
                 let inbox = lock(&self.shared.inbox);
-                if !inbox.ask.as_ref().is_some_and(|now| Arc::ptr_eq(&now.plate, &ask.plate)) {
+                if inbox.opened != self.opened {
                     return false;
                 }
                 let mut state = lock(&self.shared.state);

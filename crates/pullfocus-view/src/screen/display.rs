@@ -96,9 +96,36 @@ struct Params {
     overlay: f32,
     kinds: [u32; 2],
     shaper: [f32; 2],
+    curves: [Curve; 2],
+    ranges: [f32; 4],
+}
+
+/// See `display.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Curve {
     formula: [f32; 4],
     limits: [f32; 4],
-    ranges: [f32; 4],
+}
+
+impl Curve {
+    fn of(curve: &CocCurve) -> Self {
+        let [low, high] = curve.protect.unwrap_or_default();
+        Self {
+            formula: [
+                curve.formula.at_infinity as f32,
+                curve.formula.metre_pixels as f32,
+                curve.front as f32,
+                curve.back as f32,
+            ],
+            limits: [
+                curve.max.min(1e30) as f32,
+                low as f32,
+                high as f32,
+                if curve.protect.is_some() { 1.0 } else { 0.0 },
+            ],
+        }
+    }
 }
 
 /// One picture to draw.
@@ -120,8 +147,8 @@ pub struct Paint {
     pub distances: Option<Texture>,
     /// Whether distances are circles of confusion.
     pub are_coc: bool,
-    /// The circle of confusion of a distance.
-    pub curve: CocCurve,
+    /// The circle of confusion of a distance, left and right of the border.
+    pub curves: [CocCurve; 2],
     /// Diameter that has its full colour.
     pub coc_range: f32,
     /// Nearest and farthest distance, for the view of depth.
@@ -244,8 +271,6 @@ impl Display {
 impl Paint {
     fn params(&self, points: f32) -> Params {
         let rect = self.rect;
-        let curve = &self.curve;
-        let [low, high] = curve.protect.unwrap_or_default();
         // Screen pixels before the border; beyond all of them for one side.
         let wipe = self.wipe.map_or(1e9, |part| (part * rect.width() * points).round());
         Params {
@@ -265,18 +290,7 @@ impl Paint {
             overlay: if self.distances.is_some() { self.overlay } else { 0.0 },
             kinds: [self.sides[0].0 as u32, self.sides[1].0 as u32],
             shaper: color::shaper(),
-            formula: [
-                curve.formula.at_infinity as f32,
-                curve.formula.metre_pixels as f32,
-                curve.front as f32,
-                curve.back as f32,
-            ],
-            limits: [
-                curve.max.min(1e30) as f32,
-                low as f32,
-                high as f32,
-                if curve.protect.is_some() { 1.0 } else { 0.0 },
-            ],
+            curves: self.curves.each_ref().map(Curve::of),
             ranges: [
                 self.coc_range.max(1e-3),
                 1.0 / self.depth_range[0].max(1e-6),
@@ -318,7 +332,12 @@ impl Display {
                 entry(5, wgpu::BindingResource::TextureView(&cube)),
             ],
         });
-        Callback::new_paint_callback(paint.rect, Painted { display: Arc::clone(self), group })
+        let [left, right] = paint.sides.each_ref().map(|(_, texture)| texture.clone());
+        let textures = [left, right, paint.distances.clone()];
+        Callback::new_paint_callback(
+            paint.rect,
+            Painted { display: Arc::clone(self), group, _textures: textures },
+        )
     }
 }
 
@@ -326,6 +345,8 @@ impl Display {
 struct Painted {
     display: Arc<Display>,
     group: wgpu::BindGroup,
+    /// While this is on its way nobody else may write into them.
+    _textures: [Option<Texture>; 3],
 }
 
 impl CallbackTrait for Painted {

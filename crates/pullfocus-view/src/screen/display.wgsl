@@ -1,6 +1,13 @@
 // What a picture looks like on the screen: two sides with a border between them, exposure, a display transform, and the circle of
 // confusion as an overlay.
 
+struct Curve {
+    // A depth's circle of confusion: at infinity, pixels times metres, factor in front, factor behind.
+    formula: vec4f,
+    // Largest diameter; near and far end of what stays sharp, and whether there is such a range.
+    limits: vec4f,
+}
+
 struct Params {
     // Where the picture's pixels lie on the screen: picture pixel = origin + step * (screen pixel - corner).
     corner: vec2f,
@@ -16,10 +23,8 @@ struct Params {
     kinds: vec2u,
     // Of the table's sides: factor on light, factor on the logarithm.
     shaper: vec2f,
-    // A depth's circle of confusion: at infinity, pixels times metres, factor in front, factor behind.
-    formula: vec4f,
-    // Largest diameter; near and far end of what stays sharp, and whether there is such a range.
-    limits: vec4f,
+    // Left and right of the border.
+    curves: array<Curve, 2>,
     // Diameter in full colour; near and far end in dioptres; whether the distances are circles already.
     ranges: vec4f,
 }
@@ -61,17 +66,18 @@ fn picture(source: texture_2d<f32>, at: vec2f) -> vec4f {
     return sum / (taps.x * taps.y);
 }
 
-fn circle(distance: f32) -> f32 {
+fn circle(distance: f32, second: bool) -> f32 {
+    let curve = params.curves[select(0u, 1u, second)];
     var c = distance;
     if params.ranges.w == 0.0 {
         // Infinity is stored as such; its inverse is 0.
-        c = params.formula.x - params.formula.y * select(1.0 / distance, 0.0, distance > 3.0e38);
-        if params.limits.w != 0.0 {
-            c -= clamp(c, params.limits.y, params.limits.z);
+        c = curve.formula.x - curve.formula.y * select(1.0 / distance, 0.0, distance > 3.0e38);
+        if curve.limits.w != 0.0 {
+            c -= clamp(c, curve.limits.y, curve.limits.z);
         }
     }
-    c *= select(params.formula.w, params.formula.z, c < 0.0);
-    return clamp(c, -params.limits.x, params.limits.x);
+    c *= select(curve.formula.w, curve.formula.z, c < 0.0);
+    return clamp(c, -curve.limits.x, curve.limits.x);
 }
 
 // Front red, in focus green, behind blue: as `coc_color` in the pictures that `pullfocus coc` writes.
@@ -162,7 +168,7 @@ fn pixel(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let near = (dioptres - params.ranges.z) / max(params.ranges.y - params.ranges.z, 1e-6);
         color = vec3f(clamp(near, 0.0, 1.0));
     } else if kind == COC {
-        color = circle_color(circle(distance_at(at)));
+        color = circle_color(circle(distance_at(at), second));
     } else {
         if second {
             color = picture(right, at).rgb;
@@ -174,7 +180,7 @@ fn pixel(@builtin(position) position: vec4f) -> @location(0) vec4f {
         }
     }
     if params.overlay > 0.0 && kind == LINEAR_LIGHT {
-        color = mix(color, circle_color(circle(distance_at(at))), params.overlay);
+        color = mix(color, circle_color(circle(distance_at(at), second)), params.overlay);
     }
     // A line where one side ends.
     if abs(position.x - params.corner.x - params.wipe) < 1.0 {

@@ -17,6 +17,15 @@ pub(super) enum For {
 }
 
 impl For {
+    /// Whether a file is one of those that are chosen for this.
+    fn takes(self, path: &Path) -> bool {
+        match self {
+            Self::Open => true,
+            Self::Reference => !opening::is_shot(path) && !opening::is_config(path),
+            Self::Save => opening::is_shot(path),
+        }
+    }
+
     /// The window's title, and what its button says.
     fn text(self) -> (&'static str, &'static str) {
         match self {
@@ -83,9 +92,13 @@ impl Browser {
         (self.listing, self.folder) = (None, folder);
     }
 
-    /// The file that is named in the field: names stand in the folder that is shown.
+    /// The file that is named in the field: names stand in the folder that is shown, and a shot is known by its ending.
     fn named(&self) -> PathBuf {
-        self.folder.join(self.path.trim())
+        let mut path = self.folder.join(self.path.trim());
+        if self.purpose == For::Save && !opening::is_shot(&path) {
+            path.as_mut_os_string().push(".toml");
+        }
+        path
     }
 
     fn field(&mut self, ui: &mut Ui) -> Option<PathBuf> {
@@ -142,7 +155,7 @@ impl Browser {
                     click.folder = Some(path.clone());
                 }
             }
-            for entry in entries {
+            for entry in entries.iter().filter(|entry| self.purpose.takes(&entry.path)) {
                 let text = if entry.frames > 1 {
                     format!("{} ({} frames)", entry.name, entry.frames)
                 } else {

@@ -66,8 +66,11 @@ impl App {
         self.focus_by_hand(ui, &response, &place);
 
         let (left, right) = (self.side(self.look.left), self.look.right.map(|view| self.side(view)));
-        let take = self.document.take(self.front(), &plate, self.plate_frame).ok();
-        let curve = take.and_then(|take| take.curve(&plate.scene.frame)).unwrap_or(NOTHING);
+        let curve = |view: View| {
+            let take = self.document.take(self.take_of(view), &plate, self.plate_frame).ok();
+            take.and_then(|take| take.curve(&plate.scene.frame)).unwrap_or(NOTHING)
+        };
+        let curves = [self.look.left, self.look.right.unwrap_or(self.look.left)].map(curve);
         let depth_range = plate.histogram.range.unwrap_or([1.0, 10.0]);
         let paint = Paint {
             rect,
@@ -78,8 +81,8 @@ impl App {
             wipe: self.look.right.map(|_| self.look.wipe),
             distances: self.engine.state().frame.as_ref().map(|frame| frame.distances.clone()),
             are_coc: plate.has_coc,
-            coc_range: self.coc_range(&plate, &curve),
-            curve,
+            coc_range: self.coc_range(&plate, &curves[0]),
+            curves,
             depth_range: [depth_range[0] as f32, depth_range[1] as f32],
             overlay: self.look.overlay,
             gain: self.look.exposure.exp2(),
@@ -94,9 +97,10 @@ impl App {
             ui.painter().line_segment(line, egui::Stroke::new(2.0, egui::Color32::WHITE));
             ui.painter().circle_stroke(line[0], 6.0, egui::Stroke::new(2.0, egui::Color32::WHITE));
         }
-        self.hovered = response.hover_pos().map(|point| place.pixel(point)).and_then(|[x, y]| {
+        self.hovered = response.hover_pos().and_then(|point| {
+            let [x, y] = place.pixel(point);
             let inside = x >= 0.0 && y >= 0.0 && x < size[0] && y < size[1];
-            inside.then_some([x as usize, y as usize])
+            inside.then_some(([x as usize, y as usize], self.side_at(&place, point)))
         });
     }
 
@@ -166,16 +170,16 @@ impl App {
         if response.clicked_by(primary)
             && let Some(point) = pointer
         {
-            self.focus_at(place.pixel(point));
+            self.focus_at(place.pixel(point), self.side_at(place, point));
         }
         if response.dragged_by(primary)
             && let (Some(point), Some(_)) = (pointer, self.rack_from)
         {
-            self.focus_at(place.pixel(point));
+            self.focus_at(place.pixel(point), self.side_at(place, point));
         }
         if response.drag_stopped_by(primary) {
             if let (Some(from), Some(point), true) = (self.rack_from, pointer, shift) {
-                self.rack(from, place.pixel(point));
+                self.rack(from, place.pixel(point), self.side_at(place, point));
             }
             self.rack_from = None;
         }
@@ -213,8 +217,15 @@ impl App {
         self.look.zoom = Some(1.0 / self.ctx.pixels_per_point());
     }
 
-    /// Focuses on what is at a pixel; on infinity where nothing is.
-    pub(super) fn focus_at(&mut self, pixel: [f32; 2]) {
+    /// The take that is looked at there.
+    pub(super) fn side_at(&self, place: &Place, point: Pos2) -> usize {
+        let border = place.rect.left() + self.look.wipe * place.rect.width();
+        let right = self.look.right.filter(|_| point.x >= border);
+        self.take_of(right.unwrap_or(self.look.left))
+    }
+
+    /// Focuses a take on what is at a pixel; on infinity where nothing is.
+    fn focus_at(&mut self, pixel: [f32; 2], side: usize) {
         let Some(plate) = self.plate_here() else { return };
         let size = plate.size();
         let outside = |at: f32, length: usize| at < 0.0 || at >= length as f32;
@@ -222,11 +233,11 @@ impl App {
             return;
         }
         let metres = self.distance_at(pixel).unwrap_or(f64::INFINITY);
-        self.change(Quantity::FocusDistance, metres);
+        self.change_of(side, Quantity::FocusDistance, metres);
     }
 
     /// Keys a rack from one pixel here to another a second later, or at the last frame.
-    fn rack(&mut self, from: [f32; 2], to: [f32; 2]) {
+    fn rack(&mut self, from: [f32; 2], to: [f32; 2], side: usize) {
         if self.plate_here().is_none_or(|plate| plate.has_coc) || !self.may_key() {
             return;
         }
@@ -240,14 +251,20 @@ impl App {
         }
         for (frame, metres) in [(start, from), (end, to)] {
             let key = pullfocus_core::pull::Key { focus_distance_m: Some(metres), ..Default::default() };
-            let result = self.document.set_key(self.front(), key, frame);
+            let result = self.document.set_key(side, key, frame);
             self.tell(result);
         }
     }
 
     fn side(&self, view: View) -> (Kind, Option<Texture>) {
         let state = self.engine.state();
-        let shown = |side: usize| state.shown[side].as_ref().map(|shown| shown.texture.clone());
+        let frame = self.plate.as_ref().map(|plate| plate.scene.frame);
+        // While it plays the last picture may be of a frame before, which may lie elsewhere.
+        let lies_here = |plate: &Plate| frame.is_some_and(|frame| frame.data == plate.scene.frame.data);
+        let shown = |side: usize| {
+            let shown = state.shown[side].as_ref().filter(|shown| lies_here(&shown.plate));
+            shown.map(|shown| shown.texture.clone())
+        };
         let pinhole = || state.frame.as_ref().map(|frame| frame.pinhole.clone());
         match view {
             View::Result => (Kind::Light, shown(0).or_else(pinhole)),
@@ -280,13 +297,22 @@ impl App {
             );
             ui.painter().galley(place, galley, egui::Color32::WHITE);
         };
-        let text = self.look.left.text().0;
-        // A frame that is not there yet is not what it seems.
-        let is_late = self.plate_frame != self.frame_number();
-        let late = format!("{text} – still frame {}", self.plate_frame);
-        label(rect.left_top() + Vec2::splat(10.0), 0.0, if is_late { &late } else { text });
+        let text = |view: View| {
+            let text = view.text().0;
+            // A frame that is not there yet, or a lens that cannot be, is not what it seems.
+            if self.plate_frame != self.frame_number() {
+                format!("{text} – still frame {}", self.plate_frame)
+            } else if matches!(view, View::Result | View::Other)
+                && self.lens_faults[self.take_of(view)].is_some()
+            {
+                format!("{text} – not rendered")
+            } else {
+                text.to_owned()
+            }
+        };
+        label(rect.left_top() + Vec2::splat(10.0), 0.0, &text(self.look.left));
         if let Some(right) = self.look.right {
-            label(rect.right_top() + Vec2::new(-10.0, 10.0), 1.0, right.text().0);
+            label(rect.right_top() + Vec2::new(-10.0, 10.0), 1.0, &text(right));
         }
     }
 

@@ -184,7 +184,8 @@ fn choice(ui: &mut Ui, label: &str, now: &str, names: &[&str], (hint, item): (&s
     let shown = combo.show_ui(ui, |ui| {
         for name in names {
             let response = ui.selectable_label(*name == now, *name).on_hover_text(format!("{item}{name}"));
-            if response.clicked() && *name != now {
+            // Also the one that is shown: it may stand there in the place of a name that the config has not.
+            if response.clicked() {
                 chosen = Some((*name).to_owned());
             }
         }

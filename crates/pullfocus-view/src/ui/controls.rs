@@ -4,6 +4,7 @@ mod blur;
 
 use super::App;
 use super::color::named;
+use super::keyboard::Action;
 use crate::document::{LensValues, Quantity};
 use crate::look::{From, View};
 use crate::screen::Transform;
@@ -48,11 +49,16 @@ impl App {
             for (side, name) in ["A", "B"].into_iter().enumerate() {
                 let hint = "The take whose lens and settings are below; B is compared with A.";
                 if ui.selectable_label(front == side, format!("Take {name}")).on_hover_text(hint).clicked() {
-                    self.look.left = if side == 1 { View::Other } else { View::Result };
+                    self.bring_to_front(if side == 1 { View::Other } else { View::Result });
                 }
             }
-            if ui.small_button("A to B").on_hover_text("Make take B what take A is now.").clicked() {
-                self.document.takes[1] = self.document.takes[0].clone();
+            let (name, hint) = [
+                ("A to B", "Make take B what take A is now."),
+                ("B to A", "Make take A, which is the shot that is saved and rendered, what take B is now."),
+            ][front];
+            if ui.small_button(name).on_hover_text(hint).clicked() {
+                self.undo.add_undo(&self.document);
+                self.document.takes[1 - front] = self.document.takes[front].clone();
             }
         });
         let Some(values) = self.lens_values() else {
@@ -69,6 +75,15 @@ impl App {
         self.focal_control(ui, &values);
         self.sensor_control(ui, &values);
         self.readout(ui);
+    }
+
+    /// A distance from the entrance pupil as the window tells distances: from there, or from the sensor.
+    pub(super) fn measured(&self, metres: f64) -> f64 {
+        let resolved = || {
+            let plate = self.plate.as_ref().filter(|_| self.look.from == From::SensorPlane)?;
+            self.document.lens(self.front(), plate, self.frame_number()).ok()
+        };
+        resolved().map_or(metres, |resolved| focus::to_sensor_plane(&resolved.camera.lens(), metres))
     }
 
     /// A quantity's diamond: whether it has keys.
@@ -90,11 +105,9 @@ impl App {
             .plate
             .as_ref()
             .and_then(|plate| self.document.lens(self.front(), plate, self.frame_number()).ok());
-        let Some(lens) = lens.map(|resolved| resolved.camera.lens()) else { return };
-        let shown = |metres: f64| {
-            if from == From::SensorPlane { focus::to_sensor_plane(&lens, metres) } else { metres }
-        };
-        let mut value = shown(values.focus_m);
+        // None where it cannot be; the field is the way out.
+        let lens = lens.map(|resolved| resolved.camera.lens());
+        let mut value = self.measured(values.focus_m);
         // What the field showed when it was entered: its text is read more than once.
         let entered = egui::Id::unique("focus distance entered");
         let before = ui.data(|data| data.get_temp(entered)).unwrap_or(value);
@@ -119,9 +132,9 @@ impl App {
             "What is sharp. Click on the picture to focus there. Type 2.5, 320 cm, 10' 6\" or inf.",
         );
         if response.changed() {
-            let metres = match from {
-                From::EntrancePupil => Some(value),
-                From::SensorPlane => focus::from_sensor_plane(&lens, value),
+            let metres = match (from, &lens) {
+                (From::SensorPlane, Some(lens)) => focus::from_sensor_plane(lens, value),
+                _ => Some(value),
             };
             match metres.filter(|metres| *metres > 0.0) {
                 Some(metres) => self.change(Quantity::FocusDistance, metres),
@@ -286,25 +299,20 @@ impl App {
     /// Near and far limit of focus, and the hyperfocal distance.
     fn readout(&mut self, ui: &mut Ui) {
         let Some(plate) = &self.plate else { return };
-        let Ok(resolved) = self.document.lens(self.front(), plate, self.frame_number()) else { return };
         let (units, sharp) = (self.look.units(), self.look.sharp_px);
-        let frame = &plate.scene.frame;
-        let lens = resolved.camera.lens();
-        let text = |metres: f64| {
-            let shown = if self.look.from == From::SensorPlane {
-                focus::to_sensor_plane(&lens, metres)
-            } else {
-                metres
-            };
-            distance::format(shown, units)
+        let text = |metres: f64| distance::format(self.measured(metres), units);
+        // Where the lens cannot be, the rows stay where they are.
+        let (range, hyperfocal) = match self.document.lens(self.front(), plate, self.frame_number()) {
+            Ok(resolved) => {
+                let frame = &plate.scene.frame;
+                let [near, far] = focus::limits(&resolved.camera, frame, sharp).map(text);
+                (format!("{near} to {far}"), text(focus::hyperfocal_m(&resolved.camera, frame, sharp)))
+            }
+            Err(_) => ("there is no such lens".into(), "–".into()),
         };
-        let [near, far] = focus::limits(&resolved.camera, frame, sharp);
-        let hyperfocal = focus::hyperfocal_m(&resolved.camera, frame, sharp);
-        let (near, far, hyperfocal) = (text(near), text(far), text(hyperfocal));
         egui::Grid::new("readout").num_columns(2).show(ui, |ui| {
             ui.label("In focus");
-            ui.label(format!("{near} to {far}"))
-                .on_hover_text("Nearest and farthest distance at which the picture is sharp.");
+            ui.label(range).on_hover_text("Nearest and farthest distance at which the picture is sharp.");
             ui.end_row();
             ui.label("Hyperfocal");
             ui.label(hyperfocal)
@@ -321,7 +329,7 @@ impl App {
     }
 
     /// Why there is nothing to be seen of a view, if there is nothing.
-    fn lacks(&self, view: View) -> Option<&'static str> {
+    pub(super) fn lacks(&self, view: View) -> Option<&'static str> {
         match view {
             View::Reference | View::Difference => self.reference.is_none().then_some(NO_REFERENCE),
             View::Depth => self.plate.as_ref().is_some_and(|plate| plate.has_coc).then_some(NO_DEPTH),
@@ -338,7 +346,7 @@ impl App {
                 let button = egui::Button::selectable(self.look.left == view, name);
                 let response = ui.add_enabled(lacks.is_none(), button).on_hover_text(hint);
                 if response.on_disabled_hover_text(lacks.unwrap_or_default()).clicked() {
-                    self.look.left = view;
+                    self.act(Action::Show(view));
                 }
             }
         });
@@ -378,9 +386,10 @@ impl App {
             if checkbox.changed() {
                 self.look.layer = alone.then_some(0);
             }
+            let front = self.front();
             if let Some(layer) = &mut self.look.layer {
                 let count =
-                    self.engine.state().shown[0].as_ref().map_or(1, |shown| shown.report.layers.max(1));
+                    self.engine.state().shown[front].as_ref().map_or(1, |shown| shown.report.layers.max(1));
                 let most = if self.engine.on_gpu { 16 } else { count as u32 - 1 };
                 // What was chosen before the first picture is there may be one of its layers.
                 ui.add(egui::DragValue::new(layer).range(0..=most).clamp_existing_to_range(false))

@@ -3,15 +3,18 @@
 use super::App;
 use crate::document::{Document, keep_assumed};
 use crate::engine::Reference;
-use crate::loader::Request;
+use crate::loader::{How, Request};
 use crate::look::View;
-use crate::session::Session;
+use crate::session::{Keeper, Session};
 use crate::{clip, opening};
 use eframe::egui;
 use pullfocus_io::output::Existing;
+use pullfocus_io::sequence::Pattern;
 use pullfocus_job::config::{self, Options};
+use pullfocus_job::failure::Failure;
 use pullfocus_job::options::Blur;
 use pullfocus_job::storage;
+use pullfocus_job::values::Label;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::{Arc, mpsc};
@@ -42,6 +45,11 @@ impl ShotFile {
         Self { path: path.to_owned(), text }
     }
 
+    /// Whether a shot is what was written there.
+    fn holds(&self, shot: &Options) -> bool {
+        self.text.is_some() && config::text(shot, &self.path).ok() == self.text
+    }
+
     /// Whether writing this file again loses nothing of anybody's.
     fn is_ours(&self, path: &Path) -> bool {
         let now = || std::fs::read_to_string(path).ok();
@@ -58,7 +66,7 @@ impl App {
         let other = self.session.other.as_deref().and_then(|text| config::parse(text).ok());
         let Session { shot_path, shot_text, frame, .. } = &self.session;
         self.saved = shot_path.clone().map(|path| ShotFile::kept(path, shot_text.clone()));
-        self.loader.open(Request { path: None, options, frame: *frame, other });
+        self.loader.open(Request { path: None, options, frame: *frame, other, how: How::Back });
     }
 
     /// Opens a picture, a folder, a pattern or a shot; takes a colour config for the screen.
@@ -71,19 +79,55 @@ impl App {
         let device = self.base.blur.device.clone();
         let blur = Blur { device, ..Blur::default() };
         let options = std::mem::replace(&mut self.base, Options { blur, ..Options::default() });
-        self.loader.open(Request { path: Some(path.to_owned()), options, frame: 0, other: None });
+        let path = Some(path.to_owned());
+        self.loader.open(Request { path, options, frame: i64::MIN, other: None, how: How::Anew });
     }
 
     /// Remembers what was opened.
-    fn opened(&mut self, request: &Request) {
-        let Some(path) = &request.path else { return };
+    fn opened(&mut self, path: Option<&Path>) {
         self.keep_unsaved();
-        self.saved = opening::is_shot(path).then(|| ShotFile::of(path));
-        self.session.opened(path);
+        self.saved = path.filter(|path| opening::is_shot(path)).map(ShotFile::of);
+        if let Some(path) = path {
+            self.session.opened(path);
+        }
     }
 
-    /// Opens a picture to compare with.
+    /// Holds one picture over frames, or goes back to one picture where `seconds` is none. What was made stays.
+    pub(super) fn hold(&mut self, seconds: Option<f64>) {
+        let [mut options, other] = self.document.takes.clone();
+        let mut frame = i64::MIN;
+        options.files.frames = seconds.map(|seconds| {
+            let frames = (seconds * self.look.fps).round().max(2.0) as i64;
+            // A name's own number is its frame; a still is held over others.
+            let number = self.clip.as_ref().and_then(|clip| clip.files(0)).and_then(|files| files.number);
+            frame = if number.is_some_and(|number| (1..=frames).contains(&number)) { 1001 } else { 1 };
+            Label(format!("{frame}-{}", frame + frames - 1))
+        });
+        self.loader.open(Request { path: None, options, frame, other: Some(other), how: How::Held });
+    }
+
+    /// Opens a picture to compare with, or a sequence (`ref.####.exr`), whose frames go with those that are looked at.
     pub fn open_reference(&mut self, path: &Path) {
+        let pattern = Pattern::parse(path).ok().flatten().filter(|_| !path.exists());
+        let file =
+            pattern.as_ref().map_or_else(|| path.to_owned(), |pattern| pattern.file(self.frame_number()));
+        self.read_reference(&file);
+        self.references = pattern.map(|pattern| (pattern, file));
+    }
+
+    /// Goes on to the reference of the frame in front.
+    pub(super) fn follow_reference(&mut self) {
+        let frame = self.plate_frame;
+        let is_calm = self.coming.is_none() && self.playing.is_none();
+        let Some((pattern, known)) = self.references.as_mut().filter(|_| is_calm) else { return };
+        let file = pattern.file(frame);
+        if *known != file {
+            known.clone_from(&file);
+            self.read_reference(&file);
+        }
+    }
+
+    fn read_reference(&mut self, path: &Path) {
         let (sender, receiver) = mpsc::channel();
         let ((device, queue), path, ctx) = (self.device.clone(), path.to_owned(), self.ctx.clone());
         let plate = self.plate.clone();
@@ -105,9 +149,17 @@ impl App {
             None | Some(Err(TryRecvError::Empty)) => return,
             Some(Ok(Ok(reference))) => {
                 self.reference = Some(Arc::new(reference));
-                self.look.left = View::Difference;
+                if !self.look.shows(View::Reference) {
+                    self.look.left = View::Difference;
+                }
             }
-            Some(Ok(Err(sentence))) => self.say(sentence),
+            Some(Ok(Err(sentence))) => {
+                if self.references.is_some() {
+                    // The one before is another frame's.
+                    self.reference = None;
+                }
+                self.say(sentence);
+            }
             Some(Err(TryRecvError::Disconnected)) => self.say("the reference could not be read"),
         }
         self.coming = None;
@@ -126,7 +178,12 @@ impl App {
         match config::write_to(self.document.shot(), path, existing) {
             Ok(()) => {
                 let keys = self.clip.as_ref().map_or(Ok(()), |clip| clip.check_keys(self.document.shot()));
+                let [shot, other] = &self.document.takes;
+                let is_other = self.front() == 1 && shot != other;
                 self.say(match keys {
+                    Ok(()) if is_other => {
+                        "Saved is take A, which is the shot; B to A makes this one the shot.".into()
+                    }
                     Ok(()) => {
                         let name = clip::file_name(path);
                         format!("Saved. `pullfocus render --shot {name}` renders these pixels.")
@@ -140,30 +197,45 @@ impl App {
         }
     }
 
-    /// Keeps a pull that was never saved, when another file takes its place.
+    /// Keeps pulls that were never saved, when another file takes their place: this window's, or the last session's where nothing
+    /// of it was opened.
     fn keep_unsaved(&mut self) {
-        let shot = self.document.shot();
-        let (Some(session), false, true) = (&self.session_path, shot.keys.is_empty(), self.is_unsaved())
-        else {
-            return;
+        let Some(session) = &self.session_path else { return };
+        let (takes, saved) = match &self.clip {
+            Some(_) => (self.document.takes.clone(), self.saved.clone()),
+            None => self.last_takes(),
         };
-        let path = session.with_file_name("unsaved.toml");
-        match storage::save_bytes(&path, config::write(&absolute(shot)).as_bytes()) {
-            Ok(()) => {
-                self.say(format!("The pull that was not saved is kept in {}.", path.display()));
-                self.session.opened(&path);
+        let [shot, other] = &takes;
+        let is_saved = saved.is_some_and(|saved| saved.holds(shot));
+        let lost = [(shot, !is_saved), (other, other.keys != shot.keys)];
+        let lost = lost.into_iter().filter(|(take, is_lost)| *is_lost && !take.keys.is_empty());
+        let (mut kept, mut faults) = (Vec::new(), Vec::new());
+        for (take, _) in lost {
+            let text = config::write(&absolute(take));
+            let path = free_path(session, &text);
+            match write_beside(&path, &text) {
+                Ok(()) => kept.push(path),
+                Err(failure) => faults.push(failure.to_string()),
             }
-            Err(failure) => self.say(failure.to_string()),
+        }
+        for path in &kept {
+            self.session.opened(path);
+        }
+        let names: Vec<String> = kept.iter().map(|path| path.display().to_string()).collect();
+        if let Some(fault) = faults.into_iter().next() {
+            self.say(format!("A pull that was not saved could not be kept: {fault}."));
+        } else if !names.is_empty() {
+            self.say(format!("The pull that was not saved is kept in {}.", names.join(" and ")));
         }
     }
 
-    /// Whether the shot is another than its file holds.
-    fn is_unsaved(&self) -> bool {
-        let saved = self
-            .saved
-            .as_ref()
-            .and_then(|saved| Some(config::text(self.document.shot(), &saved.path).ok()? == saved.text()?));
-        self.clip.is_some() && saved != Some(true)
+    /// What the last session has left, and the file that its shot was saved in.
+    fn last_takes(&self) -> ([Options; 2], Option<ShotFile>) {
+        let Session { shot, other, shot_path, shot_text, .. } = &self.session;
+        let parsed = |text: &Option<String>| config::parse(text.as_deref()?).ok();
+        let shot = parsed(shot).unwrap_or_default();
+        let other = parsed(other).unwrap_or_else(|| shot.clone());
+        ([shot, other], shot_path.clone().map(|path| ShotFile::kept(path, shot_text.clone())))
     }
 
     /// Whether something changed that a restart should bring back.
@@ -176,11 +248,15 @@ impl App {
     pub(super) fn keep_session(&mut self) {
         self.kept = Instant::now();
         self.kept_state = (self.document.clone(), self.look.clone(), self.frame_number());
-        let Some(path) = self.session_path.clone() else { return };
+        let Some(keeper) = &self.keeper else { return };
         let mut session = Session {
             look: self.look.clone(),
             frame: self.frame_number(),
-            shot_path: self.saved.as_ref().map(|saved| saved.path.clone()),
+            shot_path: self
+                .saved
+                .as_ref()
+                .map(|saved| saved.path.clone())
+                .filter(|path| path.to_str().is_some()),
             shot_text: self.saved.as_ref().and_then(|saved| saved.text().map(str::to_owned)),
             ..self.session.clone()
         };
@@ -190,41 +266,85 @@ impl App {
             session.shot = Some(shot);
         }
         if session != self.written {
-            match session.write(&path) {
-                Ok(()) => (self.session, self.written) = (session.clone(), session),
-                Err(sentence) => tracing::warn!("{sentence}"),
-            }
+            keeper.keep(session.clone());
+            (self.session, self.written) = (session.clone(), session);
+        }
+    }
+
+    /// Tells, once, that a session cannot be kept.
+    pub(super) fn take_kept(&mut self) {
+        let Some(sentence) = self.keeper.as_ref().and_then(Keeper::take_fault) else { return };
+        // What was not written is written with the next change.
+        self.written = Session::default();
+        if self.session_fault.as_ref() != Some(&sentence) {
+            tracing::warn!("{sentence}");
+            self.session_fault = Some(sentence.clone());
+            self.say(sentence);
         }
     }
 
     /// Takes what the loader has opened.
     pub(super) fn take_opened(&mut self, request: Request, ctx: &egui::Context) {
-        self.engine.clear();
-        self.opened(&request);
-        let (clip, plate) = {
-            let shelf = self.loader.shelf();
-            (shelf.clip.clone(), shelf.plate(0))
-        };
-        let Request { options, frame, other, .. } = request;
-        let mut takes = [options.clone(), other.unwrap_or(options)];
-        if let Some(plate) = &plate {
-            takes.iter_mut().for_each(|take| keep_assumed(&mut take.lens, &plate.found));
+        let Request { path, options, frame, other, how } = request;
+        self.message = None;
+        if how == How::Anew {
+            self.opened(path.as_deref());
         }
-        self.document = Document { takes };
+        self.engine.clear();
+        let (clip, first, fault) = {
+            let shelf = self.loader.shelf();
+            let clip = shelf.clip.clone();
+            let wanted = clip.as_ref().map(|clip| clip.source(clip.nearest(frame as f64)));
+            let fault = wanted.and_then(|wanted| shelf.faults.get(&wanted).cloned());
+            (clip, shelf.any(), fault)
+        };
+        if how == How::Held {
+            for take in &mut self.document.takes {
+                take.files.frames.clone_from(&options.files.frames);
+            }
+        } else {
+            let mut takes = [options.clone(), other.unwrap_or(options)];
+            if let Some((_, plate)) = &first {
+                takes.iter_mut().for_each(|take| keep_assumed(&mut take.lens, &plate.found));
+            }
+            self.document = Document { takes };
+            self.look.zoom = None;
+        }
         self.undo = super::steps();
         self.clip.clone_from(&clip);
-        self.plate = None;
+        (self.plate, self.hovered) = (None, None);
         (self.selected_key, self.playing) = (None, None);
-        self.look.zoom = None;
-        self.go_to(frame);
+        // One that can be read, where the one that is wanted cannot.
+        let there = fault.as_ref().and(first.as_ref()).zip(clip.as_ref());
+        self.go_to(there.map_or(frame, |((index, _), clip)| clip.number(*index)));
         let title = clip.as_ref().map_or_else(String::new, |clip| format!("{} – ", clip.name));
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title}pullfocus")));
         let keys = clip.map_or(Ok(()), |clip| clip.check_keys(self.document.shot()));
-        let warnings = plate.map(|plate| plate.warnings.clone()).unwrap_or_default();
-        if let Some(warning) = keys.err().or(warnings.into_iter().next()) {
-            self.say(warning);
+        let warning = first.and_then(|(_, plate)| plate.warnings.first().cloned());
+        let kept = self.message.take().map(|(sentence, _)| sentence);
+        let told: Vec<String> = [kept, fault, keys.err(), warning].into_iter().flatten().collect();
+        if !told.is_empty() {
+            self.say(told.join(" "));
         }
     }
+}
+
+/// Where a pull is kept that nobody saved: a name beside the session that holds nothing else.
+fn free_path(session: &Path, text: &str) -> PathBuf {
+    let named = |number: u32| match number {
+        1 => session.with_file_name("unsaved.toml"),
+        _ => session.with_file_name(format!("unsaved-{number}.toml")),
+    };
+    let is_free =
+        |path: &PathBuf| !path.exists() || std::fs::read_to_string(path).is_ok_and(|there| there == text);
+    (1..).map(named).find(is_free).unwrap_or_else(|| named(1))
+}
+
+fn write_beside(path: &Path, text: &str) -> Result<(), Failure> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    storage::save_bytes(path, text.as_bytes())
 }
 
 /// The options with files that are found from any folder.

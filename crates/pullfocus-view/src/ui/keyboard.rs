@@ -36,6 +36,9 @@ pub enum Action {
     Shortcuts,
 }
 
+/// From f/0.5 to f/128, in thirds.
+const STOPS: [i32; 2] = [-6, 42];
+
 const fn plain(key: Key) -> KeyboardShortcut {
     KeyboardShortcut::new(Modifiers::NONE, key)
 }
@@ -88,28 +91,44 @@ impl App {
         // Letters belong to a field that is being typed into.
         let typing = ctx.egui_wants_keyboard_input();
         let mut actions = Vec::new();
+        let held: Vec<Key> = ctx.input(|input| {
+            let repeated = |event: &egui::Event| match event {
+                egui::Event::Key { key, repeat: true, .. } => Some(*key),
+                _ => None,
+            };
+            input.events.iter().filter_map(repeated).collect()
+        });
         for (shortcut, action, _) in SHORTCUTS {
             let is_text = matches!(action, Action::Undo | Action::Redo);
             if typing && (shortcut.modifiers == Modifiers::NONE || is_text) {
                 continue;
             }
             if ctx.input_mut(|input| input.consume_shortcut(shortcut)) {
-                actions.push(*action);
+                actions.push((*action, held.contains(&shortcut.logical_key)));
             }
         }
-        for action in actions {
-            self.act(action);
+        for (action, is_held) in actions {
+            if is_held {
+                // A key that is held down is one step.
+                self.perform(action);
+            } else {
+                self.act(action);
+            }
         }
     }
 
     pub(super) fn act(&mut self, action: Action) {
-        let frame = self.frame_number();
-        if matches!(action, Action::Before | Action::After | Action::First | Action::Last) {
-            self.playing = None;
-        }
         if !matches!(action, Action::Undo | Action::Redo) {
             // What was is a step, however soon the next one follows.
             self.undo.add_undo(&self.document);
+        }
+        self.perform(action);
+    }
+
+    fn perform(&mut self, action: Action) {
+        let frame = self.frame_number();
+        if matches!(action, Action::Before | Action::After | Action::First | Action::Last) {
+            self.playing = None;
         }
         match action {
             Action::Open => self.open_window(),
@@ -146,23 +165,24 @@ impl App {
                     None => Some(View::Pinhole),
                 }
             }
-            Action::Swap => {
-                self.look.left = if self.look.left == View::Other { View::Result } else { View::Other };
-            }
+            Action::Swap => self.bring_to_front(if self.front() == 1 { View::Result } else { View::Other }),
             Action::Brighter => self.look.exposure += 0.5,
             Action::Darker => self.look.exposure -= 0.5,
-            Action::Show(View::Reference | View::Difference) if self.reference.is_none() => {
-                self.say("No reference is open: choose one with Reference…");
-            }
-            Action::Show(view) => self.look.left = view,
+            Action::Show(view) => match self.lacks(view) {
+                Some(reason) => self.say(reason),
+                None if matches!(view, View::Result | View::Other) => self.bring_to_front(view),
+                None => self.look.left = view,
+            },
             Action::Shortcuts => self.windows.shortcuts ^= true,
         }
     }
 
     fn step_stop(&mut self, thirds: i32) {
-        if let Some(f_stop) = self.lens_values().and_then(|values| values.f_stop) {
-            let third = stops::nearest(f_stop) + thirds;
-            self.change(Quantity::FStop, stops::third(third.clamp(0, 42)));
+        let Some(f_stop) = self.lens_values().and_then(|values| values.f_stop) else { return };
+        let next = stops::third(stops::nearest(f_stop).saturating_add(thirds).clamp(STOPS[0], STOPS[1]));
+        // What lies beyond the ends stays there rather than turn back.
+        if (next > f_stop) == (thirds > 0) && next != f_stop {
+            self.change(Quantity::FStop, next);
         }
     }
 

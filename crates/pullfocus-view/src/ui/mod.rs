@@ -17,14 +17,15 @@ use crate::document::{Document, Quantity};
 use crate::engine::read_back;
 use crate::engine::{Ask, Choice, Engine, Reference, Take};
 use crate::export::{Export, Order};
-use crate::loader::{Loader, Request};
+use crate::loader::{How, Loader, Request};
 use crate::look::{Look, View};
 use crate::screen::Display;
-use crate::session::Session;
+use crate::session::{Keeper, Session};
 use crate::ui;
 use eframe::egui::util::undoer::{self, Undoer};
 use eframe::{egui, egui_wgpu};
 use pullfocus_core::{Cancel, Picture, Settings};
+use pullfocus_io::sequence::Pattern;
 use pullfocus_job::config::Options;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -56,6 +57,9 @@ pub struct App {
     pub(crate) look: Look,
     pub(crate) session: Session,
     session_path: Option<PathBuf>,
+    keeper: Option<Keeper>,
+    /// Why the session cannot be kept, as it was told.
+    session_fault: Option<String>,
     ctx: egui::Context,
     base: Options,
     engine: Engine,
@@ -76,7 +80,8 @@ pub struct App {
     coming: Option<Receiver<Result<Reference, String>>>,
     /// Where the picture is in the window.
     place: Option<Place>,
-    hovered: Option<[usize; 2]>,
+    /// The pixel under the cursor, and the take that is seen there.
+    hovered: Option<([usize; 2], usize)>,
     rack_from: Option<[f32; 2]>,
     dragging_wipe: bool,
     selected_key: Option<f64>,
@@ -87,8 +92,10 @@ pub struct App {
     export: Option<Export>,
     /// Whether there is no device any more.
     ends: bool,
-    /// Why a take cannot be rendered, as it was told.
-    lens_fault: Option<String>,
+    /// Why a take cannot be rendered.
+    lens_faults: [Option<String>; 2],
+    /// A sequence to compare with, and its file that was read last.
+    references: Option<(Pattern, PathBuf)>,
     kept: Instant,
     /// What was remembered last, and the file as it was written.
     kept_state: (Document, Look, i64),
@@ -147,7 +154,9 @@ impl App {
         let mut app = Self {
             document: Document::default(),
             look: session.look.clone(),
+            keeper: start.session.as_deref().map(Keeper::start).transpose().map_err(told)?,
             session_path: start.session,
+            session_fault: None,
             ctx: ctx.clone(),
             base: start.options,
             engine,
@@ -173,7 +182,8 @@ impl App {
             windows: windows::Windows::default(),
             export: None,
             ends: false,
-            lens_fault: None,
+            lens_faults: [None, None],
+            references: None,
             kept: Instant::now(),
             kept_state: (Document::default(), session.look.clone(), 0),
             written: session.clone(),
@@ -192,7 +202,14 @@ impl App {
         match start.path {
             Some(path) => app.open_path(&path),
             None if app.base.files.input.is_some() || app.base.files.behind.is_some() => {
-                app.loader.open(Request { path: None, options: app.base.clone(), frame: 0, other: None });
+                let options = app.base.clone();
+                app.loader.open(Request {
+                    path: None,
+                    options,
+                    frame: i64::MIN,
+                    other: None,
+                    how: How::Anew,
+                });
             }
             None => app.open_last(),
         }
@@ -212,8 +229,12 @@ impl App {
 
     /// Changes the lens of the take in front.
     pub(crate) fn change(&mut self, quantity: Quantity, value: f64) {
-        let (side, frame) = (self.front(), self.frame_number());
-        let result = self.document.set(side, quantity, value, frame);
+        self.change_of(self.front(), quantity, value);
+    }
+
+    /// Changes the lens of a take.
+    pub(crate) fn change_of(&mut self, side: usize, quantity: Quantity, value: f64) {
+        let result = self.document.set(side, quantity, value, self.frame_number());
         self.tell(result);
     }
 
@@ -225,9 +246,26 @@ impl App {
         may_key
     }
 
-    /// The take whose controls are shown: B where it alone is looked at.
+    /// The take whose controls are shown: B where it is at the left, or alone.
     pub(crate) fn front(&self) -> usize {
         usize::from(self.look.left == View::Other)
+    }
+
+    /// The take that a view is of: of what both have, it is the one in front.
+    pub(crate) fn take_of(&self, view: View) -> usize {
+        match view {
+            View::Result => 0,
+            View::Other => 1,
+            _ => self.front(),
+        }
+    }
+
+    /// Brings a take to the front. Where it stands right of a border already, both sides change places.
+    pub(crate) fn bring_to_front(&mut self, view: View) {
+        if self.look.right == Some(view) {
+            self.look.right = Some(self.look.left);
+        }
+        self.look.left = view;
     }
 
     /// The number of the frame in front.
@@ -252,10 +290,11 @@ impl App {
     /// Goes to a frame.
     pub fn go_to(&mut self, frame: i64) {
         let (first, last) = self.frame_range();
+        let before = self.frame_number();
         self.frame = frame.clamp(first, last);
-        if let Some(clip) = &self.clip {
+        if let Some(clip) = self.clip.as_ref().filter(|_| self.frame_number() != before) {
             // A frame that could not be read may be whole by now.
-            self.loader.shelf().faults.remove(&clip.source(clip.nearest(self.frame as f64)));
+            self.loader.retry(clip.source(clip.nearest(self.frame as f64)));
         }
     }
 
@@ -380,19 +419,14 @@ impl App {
         let sides = [!self.look.is_of_b_alone(), self.look.shows(View::Other)];
         let takes =
             [0, 1].map(|side| sides[side].then(|| self.document.take(side, &plate, self.plate_frame)));
-        let fault = takes.iter().flatten().find_map(|take| take.as_ref().err().cloned());
+        self.lens_faults =
+            takes.each_ref().map(|take| take.as_ref().and_then(|take| take.as_ref().err().cloned()));
         let layer = self.look.layer.map(|_| self.look.show());
         let takes = takes.map(|take| {
             let take = take?.ok()?;
             let show = layer.unwrap_or(take.settings.show);
             Some(Take { settings: Settings { show, ..take.settings }, ..take })
         });
-        if self.lens_fault != fault {
-            self.lens_fault.clone_from(&fault);
-            if let Some(sentence) = fault {
-                self.say(sentence);
-            }
-        }
         let hurry = self.playing.is_some() || ctx.input(|input| input.pointer.any_down());
         let reference = self.reference.clone().filter(|_| self.look.shows(View::Difference));
         self.engine.ask(Ask { plate, takes, hurry, reference });
@@ -452,6 +486,8 @@ impl eframe::App for App {
         self.play(&ctx);
         self.take_in(&ctx);
         self.take_reference();
+        self.follow_reference();
+        self.take_kept();
         self.take_colors();
         self.keyboard(&ctx);
         egui::Panel::top("menu").show(ui, |ui| self.menu(ui));
@@ -480,5 +516,8 @@ impl eframe::App for App {
 
     fn on_exit(&mut self) {
         self.keep_session();
+        if let Some(keeper) = &self.keeper {
+            keeper.finish();
+        }
     }
 }

@@ -98,7 +98,8 @@ impl App {
             if message.is_some() {
                 ui.ctx().request_repaint_after(MESSAGE);
             }
-            if let Some(text) = fault.or(state_fault).or(message) {
+            let lens_fault = self.lens_faults.iter().flatten().next().cloned();
+            if let Some(text) = fault.or(lens_fault).or(state_fault).or(message) {
                 ui.label(egui::RichText::new(text.clone()).strong()).on_hover_text(text);
                 return;
             }
@@ -136,8 +137,11 @@ impl App {
         ui.heading("Pixel");
         let Some(plate) = self.plate.clone() else { return };
         let units = self.look.units();
-        let frame = self.frame_number();
-        let take = self.document.take(self.front(), &plate, frame).ok();
+        let (size, frame) = (plate.size(), self.frame_number());
+        // The pointer was over the frame before, which may have been larger.
+        let hovered = self.hovered.filter(|([x, y], _)| *x < size.width && *y < size.height);
+        let side = hovered.map_or(self.front(), |(_, side)| side);
+        let take = self.document.take(side, &plate, frame).ok();
         let curve = take.and_then(|take| take.curve(&plate.scene.frame));
         let mut rows: [(&str, String); 5] = [
             ("at", "–".into()),
@@ -146,13 +150,12 @@ impl App {
             ("depth", "–".into()),
             ("circle", "–".into()),
         ];
-        if let Some([x, y]) = self.hovered {
-            let colors = &plate.scene.base.picture.colors;
+        if let Some(([x, y], side)) = hovered {
             let color: Vec<String> =
-                colors.iter().take(3).map(|plane| format!("{:.3}", plane.at(x, y))).collect();
+                plate.colors_at(x, y).into_iter().map(|value| format!("{value:.3}")).collect();
             rows[0].1 = format!("{x}, {y}");
             rows[1].1 = color.join(" ");
-            let probe = Probe { side: self.front(), at: [x, y] };
+            let probe = Probe { side, at: [x, y] };
             self.engine.probe(probe.clone());
             let probed = self.engine.state().probed.clone();
             if let Some((_, [r, g, b, _])) = probed.filter(|(known, _)| *known == probe) {

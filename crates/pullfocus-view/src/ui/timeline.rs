@@ -3,11 +3,9 @@
 use super::App;
 use super::keyboard::Action;
 use crate::document::{Quantity, of};
-use crate::loader::Request;
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 use pullfocus_core::focus::distance;
 use pullfocus_core::pull::{Easing, Pull};
-use pullfocus_job::values::Label;
 
 /// Height of the strip.
 const HEIGHT: f32 = 64.0;
@@ -117,11 +115,16 @@ impl App {
                 action = Some(Action::KeyHere);
             }
             self.key_controls(ui);
-            if self.clip.as_ref().is_some_and(|clip| clip.is_still()) {
+            let is_still = self.clip.as_ref().is_some_and(|clip| clip.is_still());
+            if is_still || self.clip.as_ref().is_some_and(|clip| clip.is_held()) {
                 ui.separator();
-                let hint = "Hold this picture for two seconds, to pull focus on it.";
-                if ui.button("Hold the still").on_hover_text(hint).clicked() {
-                    self.hold(2.0);
+                let (name, seconds, hint) = if is_still {
+                    ("Hold the still", Some(2.0), "Hold this picture for two seconds, to pull focus on it.")
+                } else {
+                    ("Release", None, "Back to one picture; keys stay in the shot.")
+                };
+                if ui.button(name).on_hover_text(hint).clicked() {
+                    self.hold(seconds);
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -143,17 +146,6 @@ impl App {
         Quantity::ALL.iter().filter_map(|&quantity| Curve::of(keys, quantity)).collect()
     }
 
-    /// Makes frames of one picture.
-    fn hold(&mut self, seconds: f64) {
-        let frames = (seconds * self.look.fps).round().max(2.0) as i64;
-        // A name's own number is its frame; a still is held over others.
-        let number = self.clip.as_ref().and_then(|clip| clip.files(0)).and_then(|files| files.number);
-        let first = if number.is_some_and(|number| (1..=frames).contains(&number)) { 1001 } else { 1 };
-        let [mut options, other] = self.document.takes.clone();
-        options.files.frames = Some(Label(format!("{first}-{}", first + frames - 1)));
-        self.loader.open(Request { path: None, options, frame: first, other: Some(other) });
-    }
-
     fn key_controls(&mut self, ui: &mut Ui) {
         let chosen = self.selected_key.and_then(|frame| {
             let keys = &self.document.takes[self.front()].keys;
@@ -166,7 +158,7 @@ impl App {
         };
         let units = self.look.units();
         let values = [
-            key.focus_distance_m.map(|metres| distance::format(metres, units)),
+            key.focus_distance_m.map(|metres| distance::format(self.measured(metres), units)),
             key.f_stop.map(|f_stop| format!("f/{f_stop:.1}")),
             key.focal_length_mm.map(|focal| format!("{focal:.0} mm")),
         ];
