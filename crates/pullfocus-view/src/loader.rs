@@ -15,6 +15,9 @@ use std::thread::JoinHandle;
 /// Bytes of frames that are kept, where nobody says another number.
 pub const ROOM: usize = 2 << 30;
 
+/// Frames that are tried when a sequence is opened.
+const MOST_TRIES: usize = 8;
+
 /// What is to be opened.
 #[derive(Debug, Clone)]
 pub struct Request {
@@ -275,10 +278,9 @@ fn first(
     let mut faults = HashMap::new();
     let mut told = None;
     let wanted = clip.source(clip.nearest(frame as f64));
-    for index in std::iter::once(wanted).chain(0..clip.len()) {
-        if faults.contains_key(&index) || clip.source(index) != index {
-            continue;
-        }
+    let others = (0..clip.len()).filter(|&index| index != wanted && clip.source(index) == index);
+    // What is wrong with so many is wrong with all.
+    for index in std::iter::once(wanted).chain(others).take(MOST_TRIES) {
         match clip.read(index, cancel) {
             Ok(plate) => return Ok((index, plate, faults)),
             Err(failure) if failure.is_cancelled() => return Err(failure),

@@ -2,11 +2,12 @@
 
 use crate::locked::lock;
 use crate::look::Look;
+use eframe::egui;
 use pullfocus_job::storage;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// How many recent files are remembered.
 const MOST_RECENT: usize = 12;
@@ -98,13 +99,22 @@ impl Shared {
     fn wait(&self, idle: impl FnMut(&mut Desk) -> bool) -> MutexGuard<'_, Desk> {
         self.bell.wait_while(self.desk(), idle).unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// Waits until everything is written or cannot be; false where that takes longer than a window may take to close.
+    fn finish(&self) -> bool {
+        let busy = |desk: &mut Desk| desk.next.is_some() || desk.is_writing;
+        let waited = self.bell.wait_timeout_while(self.desk(), PATIENCE, busy);
+        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    }
 }
+
+/// How long a window that closes waits for its session to be written.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A thread that writes sessions, so that no disk, and no server that is away, holds the window up. What was handed over last is
 /// written when this is dropped.
 pub struct Keeper {
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
@@ -112,9 +122,9 @@ impl Keeper {
     ///
     /// # Errors
     /// The system's, if there is no thread to be had.
-    pub fn start(path: &Path) -> std::io::Result<Self> {
+    pub fn start(path: &Path, ctx: &egui::Context) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
-        let (theirs, path) = (Arc::clone(&shared), path.to_owned());
+        let (theirs, path, ctx) = (Arc::clone(&shared), path.to_owned(), ctx.clone());
         let work = move || {
             loop {
                 let mut desk = theirs.wait(|desk| desk.next.is_none() && !desk.quit);
@@ -122,13 +132,17 @@ impl Keeper {
                 desk.is_writing = true;
                 drop(desk);
                 let fault = session.write(&path).err();
+                if fault.is_some() {
+                    ctx.request_repaint();
+                }
                 let mut desk = theirs.desk();
                 (desk.is_writing, desk.fault) = (false, fault);
                 theirs.bell.notify_all();
             }
         };
-        let thread = std::thread::Builder::new().name("session".into()).spawn(work)?;
-        Ok(Self { shared, thread: Some(thread) })
+        // It ends when this is dropped, or with the process.
+        std::thread::Builder::new().name("session".into()).spawn(work)?;
+        Ok(Self { shared })
     }
 
     /// Hands a session over, in the place of one that is not begun.
@@ -137,9 +151,11 @@ impl Keeper {
         self.shared.bell.notify_all();
     }
 
-    /// Waits until what was handed over is written, or cannot be.
+    /// Waits until what was handed over is written, or cannot be; some seconds at most.
     pub fn finish(&self) {
-        drop(self.shared.wait(|desk| desk.next.is_some() || desk.is_writing));
+        if !self.shared.finish() {
+            tracing::warn!("the session is not written yet, and is not waited for");
+        }
     }
 
     /// Why the last one could not be written, told once.
@@ -150,11 +166,9 @@ impl Keeper {
 
 impl Drop for Keeper {
     fn drop(&mut self) {
+        self.shared.finish();
         self.shared.desk().quit = true;
         self.shared.bell.notify_all();
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
     }
 }
 
@@ -175,9 +189,10 @@ mod tests {
         let back = Session::read(&path);
         assert_eq!(back, session);
         assert_eq!(back.recent, [PathBuf::from("/a.exr"), PathBuf::from("/b.exr")]);
+        let ctx = egui::Context::default();
         // By the thread, which writes the last one whenever it ends.
         for frame in 0..20 {
-            let keeper = Keeper::start(&path).unwrap();
+            let keeper = Keeper::start(&path, &ctx).unwrap();
             (0..=frame).for_each(|frame| keeper.keep(Session { frame, ..session.clone() }));
             if frame % 2 == 0 {
                 keeper.finish();
@@ -186,7 +201,7 @@ mod tests {
             drop(keeper);
             assert_eq!(Session::read(&path).frame, frame);
         }
-        let nowhere = Keeper::start(&path.join("a file is no folder/view.toml")).unwrap();
+        let nowhere = Keeper::start(&path.join("a file is no folder/view.toml"), &ctx).unwrap();
         nowhere.keep(session);
         nowhere.finish();
         assert!(nowhere.take_fault().unwrap().contains("view.toml") && nowhere.take_fault().is_none());

@@ -184,7 +184,8 @@ impl Worker {
             }
         }
         self.shared.ctx.request_repaint();
-        self.is_current()
+        // Both sides come soon, even while something newer is asked for all the time.
+        !fine || self.is_current()
     }
 
     fn on_gpu(&self, plate: &Plate, take: &Take) -> bool {

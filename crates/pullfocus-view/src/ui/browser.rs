@@ -94,8 +94,9 @@ impl Browser {
 
     /// The file that is named in the field: names stand in the folder that is shown, and a shot is known by its ending.
     fn named(&self) -> PathBuf {
-        let mut path = self.folder.join(self.path.trim());
-        if self.purpose == For::Save && !opening::is_shot(&path) {
+        let text = self.path.trim();
+        let mut path = self.folder.join(text);
+        if self.purpose == For::Save && !opening::is_shot(&path) && !text.ends_with(std::path::is_separator) {
             path.as_mut_os_string().push(".toml");
         }
         path

@@ -81,7 +81,7 @@ impl App {
             wipe: self.look.right.map(|_| self.look.wipe),
             distances: self.engine.state().frame.as_ref().map(|frame| frame.distances.clone()),
             are_coc: plate.has_coc,
-            coc_range: self.coc_range(&plate, &curves[0]),
+            coc_range: curves.iter().map(|curve| self.coc_range(&plate, curve)).fold(1.0, f32::max),
             curves,
             depth_range: [depth_range[0] as f32, depth_range[1] as f32],
             overlay: self.look.overlay,
@@ -92,7 +92,7 @@ impl App {
         ui.painter().with_clip_rect(rect).add(self.display.paint(&paint, ui.ctx().pixels_per_point()));
         self.labels(ui, rect);
         self.wipe_handle(ui, rect);
-        if let (Some(from), Some(to)) = (self.rack_from, response.interact_pointer_pos()) {
+        if let (Some((from, _)), Some(to)) = (self.rack_from, response.interact_pointer_pos()) {
             let line = [place.point(from), to];
             ui.painter().line_segment(line, egui::Stroke::new(2.0, egui::Color32::WHITE));
             ui.painter().circle_stroke(line[0], 6.0, egui::Stroke::new(2.0, egui::Color32::WHITE));
@@ -165,7 +165,7 @@ impl App {
         if response.drag_started_by(primary)
             && let Some(origin) = ui.input(|input| input.pointer.press_origin())
         {
-            self.rack_from = Some(place.pixel(origin));
+            self.rack_from = Some((place.pixel(origin), self.side_at(place, origin)));
         }
         if response.clicked_by(primary)
             && let Some(point) = pointer
@@ -173,13 +173,13 @@ impl App {
             self.focus_at(place.pixel(point), self.side_at(place, point));
         }
         if response.dragged_by(primary)
-            && let (Some(point), Some(_)) = (pointer, self.rack_from)
+            && let (Some(point), Some((_, side))) = (pointer, self.rack_from)
         {
-            self.focus_at(place.pixel(point), self.side_at(place, point));
+            self.focus_at(place.pixel(point), side);
         }
         if response.drag_stopped_by(primary) {
-            if let (Some(from), Some(point), true) = (self.rack_from, pointer, shift) {
-                self.rack(from, place.pixel(point), self.side_at(place, point));
+            if let (Some((from, side)), Some(point), true) = (self.rack_from, pointer, shift) {
+                self.rack(from, place.pixel(point), side);
             }
             self.rack_from = None;
         }
@@ -274,7 +274,7 @@ impl App {
             View::Depth => (Kind::Coc, None),
             View::Coc => (Kind::Coc, None),
             View::Reference => {
-                (Kind::Light, self.reference.as_ref().map(|reference| reference.texture.clone()))
+                (Kind::Light, self.references.now.as_ref().map(|reference| reference.texture.clone()))
             }
             View::Difference => {
                 (Kind::Encoded, state.comparison.as_ref().map(|comparison| comparison.map.clone()))

@@ -331,7 +331,7 @@ impl App {
     /// Why there is nothing to be seen of a view, if there is nothing.
     pub(super) fn lacks(&self, view: View) -> Option<&'static str> {
         match view {
-            View::Reference | View::Difference => self.reference.is_none().then_some(NO_REFERENCE),
+            View::Reference | View::Difference => self.references.now.is_none().then_some(NO_REFERENCE),
             View::Depth => self.plate.as_ref().is_some_and(|plate| plate.has_coc).then_some(NO_DEPTH),
             _ => None,
         }

@@ -2,22 +2,17 @@
 
 use super::App;
 use crate::document::{Document, keep_assumed};
-use crate::engine::Reference;
 use crate::loader::{How, Request};
-use crate::look::View;
 use crate::session::{Keeper, Session};
 use crate::{clip, opening};
 use eframe::egui;
 use pullfocus_io::output::Existing;
-use pullfocus_io::sequence::Pattern;
 use pullfocus_job::config::{self, Options};
 use pullfocus_job::failure::Failure;
 use pullfocus_job::options::Blur;
 use pullfocus_job::storage;
 use pullfocus_job::values::Label;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError};
-use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 /// The file that a shot came from or was saved in.
@@ -42,7 +37,8 @@ impl ShotFile {
     /// A file that is there.
     fn of(path: &Path) -> Self {
         let text = config::read(path).and_then(|options| config::text(&options, path)).ok();
-        Self { path: path.to_owned(), text }
+        // The next start may be in another folder.
+        Self { path: std::path::absolute(path).unwrap_or_else(|_| path.to_owned()), text }
     }
 
     /// Whether a shot is what was written there.
@@ -53,6 +49,7 @@ impl ShotFile {
     /// Whether writing this file again loses nothing of anybody's.
     fn is_ours(&self, path: &Path) -> bool {
         let now = || std::fs::read_to_string(path).ok();
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         path == self.path && self.text.is_some() && now() == self.text
     }
 }
@@ -86,6 +83,7 @@ impl App {
     /// Remembers what was opened.
     fn opened(&mut self, path: Option<&Path>) {
         self.keep_unsaved();
+        self.references.stay_behind();
         self.saved = path.filter(|path| opening::is_shot(path)).map(ShotFile::of);
         if let Some(path) = path {
             self.session.opened(path);
@@ -104,65 +102,6 @@ impl App {
             Label(format!("{frame}-{}", frame + frames - 1))
         });
         self.loader.open(Request { path: None, options, frame, other: Some(other), how: How::Held });
-    }
-
-    /// Opens a picture to compare with, or a sequence (`ref.####.exr`), whose frames go with those that are looked at.
-    pub fn open_reference(&mut self, path: &Path) {
-        let pattern = Pattern::parse(path).ok().flatten().filter(|_| !path.exists());
-        let file =
-            pattern.as_ref().map_or_else(|| path.to_owned(), |pattern| pattern.file(self.frame_number()));
-        self.read_reference(&file);
-        self.references = pattern.map(|pattern| (pattern, file));
-    }
-
-    /// Goes on to the reference of the frame in front.
-    pub(super) fn follow_reference(&mut self) {
-        let frame = self.plate_frame;
-        let is_calm = self.coming.is_none() && self.playing.is_none();
-        let Some((pattern, known)) = self.references.as_mut().filter(|_| is_calm) else { return };
-        let file = pattern.file(frame);
-        if *known != file {
-            known.clone_from(&file);
-            self.read_reference(&file);
-        }
-    }
-
-    fn read_reference(&mut self, path: &Path) {
-        let (sender, receiver) = mpsc::channel();
-        let ((device, queue), path, ctx) = (self.device.clone(), path.to_owned(), self.ctx.clone());
-        let plate = self.plate.clone();
-        let read = move || {
-            let frame = plate.as_ref().map(|plate| &plate.scene.frame);
-            // Nobody waits any more where this fails.
-            let _ = sender.send(Reference::read(&device, &queue, &path, frame));
-            ctx.request_repaint();
-        };
-        match std::thread::Builder::new().name("reference".into()).spawn(read) {
-            Ok(_) => self.coming = Some(receiver),
-            Err(error) => self.say(format!("a thread could not be started: {error}")),
-        }
-    }
-
-    /// Takes a reference that was read.
-    pub(super) fn take_reference(&mut self) {
-        match self.coming.as_ref().map(Receiver::try_recv) {
-            None | Some(Err(TryRecvError::Empty)) => return,
-            Some(Ok(Ok(reference))) => {
-                self.reference = Some(Arc::new(reference));
-                if !self.look.shows(View::Reference) {
-                    self.look.left = View::Difference;
-                }
-            }
-            Some(Ok(Err(sentence))) => {
-                if self.references.is_some() {
-                    // The one before is another frame's.
-                    self.reference = None;
-                }
-                self.say(sentence);
-            }
-            Some(Err(TryRecvError::Disconnected)) => self.say("the reference could not be read"),
-        }
-        self.coming = None;
     }
 
     /// Whether a shot can be saved there without a question: nothing is there, or the shot's own file as it was left.
@@ -249,21 +188,15 @@ impl App {
         self.kept = Instant::now();
         self.kept_state = (self.document.clone(), self.look.clone(), self.frame_number());
         let Some(keeper) = &self.keeper else { return };
-        let mut session = Session {
-            look: self.look.clone(),
-            frame: self.frame_number(),
-            shot_path: self
-                .saved
-                .as_ref()
-                .map(|saved| saved.path.clone())
-                .filter(|path| path.to_str().is_some()),
-            shot_text: self.saved.as_ref().and_then(|saved| saved.text().map(str::to_owned)),
-            ..self.session.clone()
-        };
+        let mut session = Session { look: self.look.clone(), ..self.session.clone() };
         if self.clip.is_some() {
             let [shot, other] = self.document.takes.each_ref().map(|take| config::write(&absolute(take)));
             session.other = (other != shot).then_some(other);
             session.shot = Some(shot);
+            session.frame = self.frame_number();
+            let saved = self.saved.as_ref().filter(|saved| saved.path.to_str().is_some());
+            session.shot_path = saved.map(|saved| saved.path.clone());
+            session.shot_text = saved.and_then(|saved| saved.text().map(str::to_owned));
         }
         if session != self.written {
             keeper.keep(session.clone());

@@ -6,6 +6,7 @@ mod color;
 mod controls;
 mod files;
 mod keyboard;
+mod reference;
 mod status;
 mod timeline;
 mod windows;
@@ -15,7 +16,7 @@ pub use canvas::Place;
 use crate::clip::{Clip, Plate};
 use crate::document::{Document, Quantity};
 use crate::engine::read_back;
-use crate::engine::{Ask, Choice, Engine, Reference, Take};
+use crate::engine::{Ask, Choice, Engine, Take};
 use crate::export::{Export, Order};
 use crate::loader::{How, Loader, Request};
 use crate::look::{Look, View};
@@ -25,11 +26,9 @@ use crate::ui;
 use eframe::egui::util::undoer::{self, Undoer};
 use eframe::{egui, egui_wgpu};
 use pullfocus_core::{Cancel, Picture, Settings};
-use pullfocus_io::sequence::Pattern;
 use pullfocus_job::config::Options;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// How the program is started.
@@ -75,14 +74,13 @@ pub struct App {
     frame: i64,
     /// The number of the frame that the plate is of.
     plate_frame: i64,
-    reference: Option<Arc<Reference>>,
-    /// A reference that is being read.
-    coming: Option<Receiver<Result<Reference, String>>>,
+    references: reference::References,
     /// Where the picture is in the window.
     place: Option<Place>,
     /// The pixel under the cursor, and the take that is seen there.
     hovered: Option<([usize; 2], usize)>,
-    rack_from: Option<[f32; 2]>,
+    /// Where a drag began, and on which take.
+    rack_from: Option<([f32; 2], usize)>,
     dragging_wipe: bool,
     selected_key: Option<f64>,
     playing: Option<(Instant, i64)>,
@@ -94,8 +92,6 @@ pub struct App {
     ends: bool,
     /// Why a take cannot be rendered.
     lens_faults: [Option<String>; 2],
-    /// A sequence to compare with, and its file that was read last.
-    references: Option<(Pattern, PathBuf)>,
     kept: Instant,
     /// What was remembered last, and the file as it was written.
     kept_state: (Document, Look, i64),
@@ -154,7 +150,12 @@ impl App {
         let mut app = Self {
             document: Document::default(),
             look: session.look.clone(),
-            keeper: start.session.as_deref().map(Keeper::start).transpose().map_err(told)?,
+            keeper: start
+                .session
+                .as_deref()
+                .map(|path| Keeper::start(path, ctx))
+                .transpose()
+                .map_err(told)?,
             session_path: start.session,
             session_fault: None,
             ctx: ctx.clone(),
@@ -169,8 +170,7 @@ impl App {
             plate: None,
             frame: 0,
             plate_frame: 0,
-            reference: None,
-            coming: None,
+            references: reference::References::default(),
             place: None,
             hovered: None,
             rack_from: None,
@@ -183,7 +183,6 @@ impl App {
             export: None,
             ends: false,
             lens_faults: [None, None],
-            references: None,
             kept: Instant::now(),
             kept_state: (Document::default(), session.look.clone(), 0),
             written: session.clone(),
@@ -254,7 +253,8 @@ impl App {
     /// The take that a view is of: of what both have, it is the one in front.
     pub(crate) fn take_of(&self, view: View) -> usize {
         match view {
-            View::Result => 0,
+            // The difference is that of take A.
+            View::Result | View::Difference => 0,
             View::Other => 1,
             _ => self.front(),
         }
@@ -301,16 +301,16 @@ impl App {
     /// Whether everything that was asked for is on the screen.
     pub fn is_settled(&self) -> bool {
         let state = self.engine.state();
-        let is_compared = || match (&state.comparison, &self.reference, &state.shown[0]) {
+        let is_compared = || match (&state.comparison, &self.references.now, &state.shown[0]) {
             (Some(comparison), Some(reference), Some(shown)) => comparison.is_of(reference, shown),
             _ => false,
         };
         self.loader.is_idle()
             && !state.busy
-            && self.coming.is_none()
+            && !self.references.are_coming()
             && !self.colors.is_busy()
             && self.export.as_ref().is_none_or(Export::is_done)
-            && (self.reference.is_none() || !self.look.shows(View::Difference) || is_compared())
+            && (self.references.now.is_none() || !self.look.shows(View::Difference) || is_compared())
     }
 
     /// The device that draws the window.
@@ -428,7 +428,7 @@ impl App {
             Some(Take { settings: Settings { show, ..take.settings }, ..take })
         });
         let hurry = self.playing.is_some() || ctx.input(|input| input.pointer.any_down());
-        let reference = self.reference.clone().filter(|_| self.look.shows(View::Difference));
+        let reference = self.references.now.clone().filter(|_| self.look.shows(View::Difference));
         self.engine.ask(Ask { plate, takes, hurry, reference });
     }
 
@@ -516,8 +516,13 @@ impl eframe::App for App {
 
     fn on_exit(&mut self) {
         self.keep_session();
-        if let Some(keeper) = &self.keeper {
-            keeper.finish();
+        for _ in 0..2 {
+            if let Some(keeper) = &self.keeper {
+                keeper.finish();
+            }
+            // What could not be written, before or now, is told, and tried once more.
+            self.take_kept();
+            self.keep_session();
         }
     }
 }

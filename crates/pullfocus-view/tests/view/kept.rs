@@ -167,8 +167,11 @@ fn each_side_of_a_wipe_is_its_own_take() {
     assert_eq!((look.left, look.right), (View::Other, Some(View::Result)));
     assert_eq!(focus(&window), DEPTHS[2]);
     click(&mut window, FAR);
-    click(&mut window, MIDDLE);
+    click(&mut window, [104.0, 48.0]);
     assert_eq!(focused(&window), [DEPTHS[1], DEPTHS[2]]);
+    // A drag over the border is that of the take where it began: at the right, take A's.
+    drag(&mut window, FAR, NEAR, Modifiers::NONE);
+    assert_eq!(focused(&window), [DEPTHS[0], DEPTHS[2]]);
 }
 
 fn a_sequence_opens_without_its_first_frame() {
@@ -289,13 +292,20 @@ fn a_reference_goes_with_the_frame() {
     assert!(window.state().flip().is_none());
     press(&mut window, Key::Home);
     assert_eq!(window.state().flip(), Some(first));
+    // What is looked at stays, whatever the reference does.
+    press(&mut window, Key::Num1);
+    press(&mut window, Key::ArrowRight);
+    assert_eq!(window.state_mut().look_mut().left, View::Result);
+    press(&mut window, Key::Num7);
+    assert_eq!(window.state().flip(), Some(second));
 }
 
 fn a_shot_is_saved_under_a_name_that_opens() {
     let folder = sequence(2);
+    std::fs::write(folder.path().join("old.toml"), "f-stop = 2").unwrap();
     let mut window = open(folder.path(), Choice::Cpu, None);
     window.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    wait_for(&mut window, "..");
+    wait_for(&mut window, "old.toml");
     assert!(window.query_by_label_contains("f.####.exr (").is_none(), "a picture is no shot");
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);
     window.step();
@@ -314,7 +324,6 @@ fn a_session_that_cannot_be_kept_is_told_of() {
     let mut window = open(&frame, Choice::Cpu, Some(&session));
     click(&mut window, NEAR);
     eframe::App::on_exit(window.state_mut());
-    settle(&mut window);
     assert!(message(&window).contains("the session cannot be kept"), "{}", message(&window));
 }
 
