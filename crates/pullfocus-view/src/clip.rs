@@ -235,6 +235,17 @@ impl Plate {
         self.scene.frame.data.size
     }
 
+    /// Whether there is such a pixel.
+    pub fn has_pixel(&self, [x, y]: [usize; 2]) -> bool {
+        x < self.size().width && y < self.size().height
+    }
+
+    /// What other programs call a pixel: column and row in the file's own windows.
+    pub fn coordinates(&self, [x, y]: [usize; 2]) -> [i64; 2] {
+        let data = self.scene.frame.data;
+        [i64::from(data.x) + x as i64, i64::from(data.y) + y as i64]
+    }
+
     /// The picture as it was rendered: what is near over the rest.
     ///
     /// # Errors

@@ -3,11 +3,12 @@
 use crate::clip::Clip;
 use crate::color::Table;
 use crate::document::Document;
+use crate::framing::looked_at;
 use crate::locked::lock;
 use crate::screen::Transform;
 use eframe::egui;
 use pullfocus::{Device, Renderer};
-use pullfocus_core::{Cancel, Picture, Show};
+use pullfocus_core::{Cancel, Frame, Picture, Show};
 use pullfocus_io::output::{Existing, check_target};
 use pullfocus_io::sequence::Pattern;
 use pullfocus_job::draw::Canvas;
@@ -203,17 +204,26 @@ fn frames(
         wanted.settings.show = order.show.unwrap_or(wanted.settings.show);
         let mut scene = plate.scene;
         renderer.render(&mut scene, wanted.camera.as_ref(), &wanted.settings, cancel)?;
-        take(index, seen(&scene.base.picture, order))?;
+        take(index, seen(&scene.base.picture, &scene.frame, order))?;
     }
     Ok(())
 }
 
-/// A picture as the screen shows it.
-fn seen(picture: &Picture, order: &Order) -> Canvas {
+/// A picture as the screen shows it: the display window, so that frames of other data windows register; black where no pixels are.
+fn seen(picture: &Picture, frame: &Frame, order: &Order) -> Canvas {
+    let (window, size) = (looked_at(frame), picture.size());
+    let inside = |at: usize, window: i32, data: i32, length: usize| {
+        let at = usize::try_from(i64::from(window) - i64::from(data) + at as i64).ok();
+        at.filter(|&at| at < length)
+    };
     let last = picture.colors.len().saturating_sub(1);
     let planes = [0, 1, 2].map(|i| picture.colors.get(if last < 2 { 0 } else { i }));
-    Canvas::from_fn(picture.size(), |i| {
-        let linear = planes.map(|plane| plane.map_or(0.0, |plane| plane.data()[i]));
+    Canvas::from_fn(window.size, |i| {
+        let (x, y) = (i % window.size.width, i / window.size.width);
+        let x = inside(x, window.x, frame.data.x, size.width);
+        let y = inside(y, window.y, frame.data.y, size.height);
+        let (Some(x), Some(y)) = (x, y) else { return [0; 3] };
+        let linear = planes.map(|plane| plane.map_or(0.0, |plane| plane.at(x, y)));
         let colors = order.transform.colors(linear, order.gain, order.table.as_deref());
         colors.map(|color| (color * 255.0 + 0.5) as u8)
     })

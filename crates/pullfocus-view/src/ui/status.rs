@@ -146,11 +146,13 @@ impl App {
             ("depth", "–".into()),
             ("circle", "–".into()),
         ];
-        if let Some([x, y]) = self.hovered {
+        // The cursor was on the frame before, which may have been larger.
+        if let Some([x, y]) = self.hovered.filter(|at| plate.has_pixel(*at)) {
             let colors = &plate.scene.base.picture.colors;
             let color: Vec<String> =
                 colors.iter().take(3).map(|plane| format!("{:.3}", plane.at(x, y))).collect();
-            rows[0].1 = format!("{x}, {y}");
+            let [column, row] = plate.coordinates([x, y]);
+            rows[0].1 = format!("{column}, {row}");
             rows[1].1 = color.join(" ");
             let probe = Probe { side: self.front(), at: [x, y] };
             self.engine.probe(probe.clone());
