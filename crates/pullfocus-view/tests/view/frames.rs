@@ -15,11 +15,18 @@ pub const TESTS: &[(&str, fn())] = &[
     ("cropped_frames_stay_in_place", cropped_frames_stay_in_place),
     ("a_frame_has_an_outline_where_it_is_not_whole", a_frame_has_an_outline_where_it_is_not_whole),
     ("cropped_frames_are_written_in_place", cropped_frames_are_written_in_place),
+    ("what_is_written_is_called_the_result", what_is_written_is_called_the_result),
+    #[cfg(unix)]
+    ("a_movie_says_what_its_pixels_are", a_movie_says_what_its_pixels_are),
 ];
 
 const fn window(x: i32, y: i32, width: usize, height: usize) -> PixelWindow {
     PixelWindow { x, y, size: Size { width, height } }
 }
+
+/// An encoder that writes what it is given: the last argument is where it goes.
+#[cfg(unix)]
+const KEEPS: &str = "for last; do :; done; cat > \"$last\"";
 
 /// What the camera sees.
 const DISPLAY: PixelWindow = window(10, 20, 192, 96);
@@ -176,13 +183,53 @@ fn cropped_frames_are_written_in_place() {
     }
     #[cfg(unix)]
     {
-        let encoder = script(folder.path(), "keeps", "for last; do :; done; cat > \"$last\"");
+        let encoder = script(folder.path(), "keeps", KEEPS);
         let output = folder.path().join("m.mp4");
         run(Order { encoder, ..order(What::Movie, output.clone()) });
         let bytes = fs::read(output).unwrap();
         assert_eq!(bytes.len(), 3 * 3 * DISPLAY.size.area());
         for (frame, bytes) in bytes.chunks(3 * DISPLAY.size.area()).enumerate() {
             check(frame, &|x, y| bytes[3 * (x + y * DISPLAY.size.width) + 1]);
+        }
+    }
+}
+
+/// It is a take, whatever view or overlay is chosen.
+fn what_is_written_is_called_the_result() {
+    let folder = cropped();
+    let mut window = open(folder.path(), Choice::Cpu, None);
+    window.get_by_label("Render…").click();
+    settle(&mut window);
+    for name in ["The result, as pictures", "The result, as a movie"] {
+        assert!(window.query_by_label(name).is_some(), "{name}");
+    }
+}
+
+#[cfg(unix)]
+fn a_movie_says_what_its_pixels_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let encoder = script(folder.path(), "tells", &format!("echo \"$@\" > \"$0.txt\"; {KEEPS}"));
+    for (i, (aspect, told)) in [(1.0, "1"), (2.0, "2"), (0.0, "1"), (1e9, "1")].into_iter().enumerate() {
+        let picture = folder.path().join(format!("{i}.exr"));
+        let frame = Frame { pixel_aspect: aspect, ..Frame::full(Size::new(40, 30)) };
+        write(&picture, &frame, [[0.8, 0.02], METRES]);
+        let mut window = open(&picture, Choice::Cpu, None);
+        let order =
+            Order { encoder: encoder.clone(), ..order(What::Movie, folder.path().join(format!("{i}.mp4"))) };
+        window.state_mut().start_export(order).unwrap();
+        settle(&mut window);
+        window.state().export().unwrap().progress().end.unwrap().unwrap();
+        let arguments = fs::read_to_string(folder.path().join("tells.txt")).unwrap();
+        let sar = format!(",setsar={told}:max=1000 ");
+        // The matrix that converts, and what players are told, are the same.
+        for wanted in [
+            "-s 40x30 ",
+            &sar,
+            ",scale=out_color_matrix=bt709:out_range=tv,",
+            "-pix_fmt yuv420p",
+            "-colorspace bt709 -color_primaries bt709 -color_trc bt709 -color_range tv",
+        ] {
+            assert!(arguments.contains(wanted), "{aspect}: {wanted}: {arguments}");
         }
     }
 }
