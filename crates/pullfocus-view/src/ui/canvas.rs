@@ -72,7 +72,7 @@ impl App {
         let right = self.side(self.look.right.unwrap_or(self.look.left), &plate);
         let take = self.document.take(self.front(), &plate, self.plate_frame).ok();
         let curve = take.and_then(|take| take.curve(&plate.scene.frame)).unwrap_or(NOTHING);
-        let depth_range = plate.histogram.range.unwrap_or([1.0, 10.0]);
+        let depth_range = plate.distances().histogram.range.unwrap_or([1.0, 10.0]);
         let paint = Paint {
             rect,
             origin,
@@ -347,8 +347,9 @@ impl App {
         if plate.has_coc {
             return plate.largest_coc;
         }
-        let Some([near, far]) = plate.histogram.range else { return 1.0 };
-        let nothing = if plate.histogram.nothing > 0 { f64::INFINITY } else { far };
+        let distances = plate.distances();
+        let Some([near, far]) = distances.histogram.range else { return 1.0 };
+        let nothing = if distances.histogram.nothing > 0 { f64::INFINITY } else { far };
         curve.diameter(near).abs().max(curve.diameter(nothing).abs()).max(1.0)
     }
 }

@@ -167,7 +167,7 @@ impl App {
             }
             if let Some(curve) = curve {
                 let circle = if plate.has_coc {
-                    curve.adjust(f64::from(plate.depth.at(x, y)))
+                    curve.adjust(f64::from(plate.distances().plane.at(x, y)))
                 } else {
                     curve.diameter(depth.unwrap_or(f64::INFINITY))
                 };
@@ -187,7 +187,8 @@ impl App {
     /// How much of the picture is how far away, and what of it is in focus.
     fn histogram(&mut self, ui: &mut Ui) {
         let Some(plate) = self.plate.clone() else { return };
-        let histogram = &plate.histogram;
+        let distances = plate.distances();
+        let histogram = &distances.histogram;
         if histogram.range.is_none() {
             return;
         }

@@ -5,9 +5,12 @@ use eframe::egui::{Key, Pos2};
 use egui_kittest::kittest::Queryable;
 use pullfocus_core::{Frame, Plane, Size, Window as PixelWindow};
 use pullfocus_io::{Limits, SampleType, images, write_exr};
+use pullfocus_job::config::Options;
+use pullfocus_job::options::DepthForm;
 use pullfocus_view::engine::Choice;
 use pullfocus_view::export::{Order, What};
 use pullfocus_view::look::View;
+use pullfocus_view::ui::Start;
 use std::fs;
 use std::path::Path;
 
@@ -16,6 +19,7 @@ pub const TESTS: &[(&str, fn())] = &[
     ("a_frame_has_an_outline_where_it_is_not_whole", a_frame_has_an_outline_where_it_is_not_whole),
     ("cropped_frames_are_written_in_place", cropped_frames_are_written_in_place),
     ("what_is_written_is_called_the_result", what_is_written_is_called_the_result),
+    ("distances_along_rays_are_of_the_lens_of_now", distances_along_rays_are_of_the_lens_of_now),
     #[cfg(unix)]
     ("a_movie_says_what_its_pixels_are", a_movie_says_what_its_pixels_are),
 ];
@@ -202,6 +206,68 @@ fn what_is_written_is_called_the_result() {
     settle(&mut window);
     for name in ["The result, as pictures", "The result, as a movie"] {
         assert!(window.query_by_label(name).is_some(), "{name}");
+    }
+}
+
+/// A wall across the view of a lens of 24 mm, in metres.
+const WALL: f64 = 0.4;
+/// Its distances are along rays; a pixel near a corner, and the sensor in millimetres.
+const CORNER: [f32; 2] = [6.0, 6.0];
+const SENSOR: f64 = 36.0;
+
+/// Planar depth of the wall in the corner, for who takes its distances for those of a lens of so many millimetres.
+fn wall(millimetres: f64) -> f64 {
+    let length = |millimetres: f64| {
+        let [across, up] = Frame::full(SIZE).ray_tangents(0.5 * SENSOR / millimetres, 6, 6);
+        (1.0 + across * across + up * up).sqrt()
+    };
+    WALL * length(24.0) / length(millimetres)
+}
+
+fn distances_along_rays_are_of_the_lens_of_now() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rays.exr");
+    let frame = Frame::full(SIZE);
+    let depth = Plane::from_fn(SIZE, |x, y| {
+        let [across, up] = frame.ray_tangents(0.5 * SENSOR / 24.0, x, y);
+        (WALL * (1.0 + across * across + up * up).sqrt()) as f32
+    });
+    let (color, depth) = (Plane::filled(SIZE, 0.5).unwrap(), depth.unwrap());
+    let planes = [("R", &color), ("G", &color), ("B", &color), ("Z", &depth)];
+    let planes = planes.map(|(name, plane)| (name, plane, SampleType::Float));
+    write_exr(fs::File::create(&path).unwrap(), &frame, &planes, &[]).unwrap();
+    for device in [Choice::Cpu, Choice::Gpu] {
+        let mut options = Options::default();
+        options.depth.depth = Some(DepthForm::Ray);
+        let mut window = with(Start { device, ..start(Some(&path), options) });
+        let check = |window: &mut Window, millimetres: f64| {
+            click(window, CORNER);
+            let (found, wanted) = (focus(window), wall(millimetres));
+            // Of nine pixels the one in the middle.
+            assert!((found / wanted - 1.0).abs() < 5e-3, "{device:?} {millimetres} mm: {found} for {wanted}");
+        };
+        // Assumed, as nobody says another.
+        check(&mut window, 50.0);
+        window.state_mut().set_f_stop(0.7);
+        window.state_mut().set_focal_length(24.0);
+        settle(&mut window);
+        check(&mut window, 24.0);
+        // All of the wall is in focus, on the screen too.
+        window.state_mut().look_mut().left = View::Coc;
+        settle(&mut window);
+        for pixel in [CORNER, MIDDLE, [186.0, 90.0]] {
+            let at = point(&window, pixel);
+            let [red, green, blue, _] = window.render().unwrap().get_pixel(at.x as u32, at.y as u32).0;
+            assert!(green > 200 && red < 40 && blue < 40, "{device:?} {pixel:?}: {red} {green} {blue}");
+        }
+        // Take B has a lens of its own.
+        window.state_mut().look_mut().left = View::Other;
+        window.state_mut().set_focal_length(35.0);
+        settle(&mut window);
+        check(&mut window, 35.0);
+        window.state_mut().look_mut().left = View::Result;
+        settle(&mut window);
+        check(&mut window, 24.0);
     }
 }
 
