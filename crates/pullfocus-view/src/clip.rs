@@ -3,7 +3,7 @@
 use crate::histogram::Histogram;
 use crate::locked::lock;
 use crate::proxy;
-use pullfocus_core::{Cancel, DepthKind, Distance, Picture, Plane, Scene, Size};
+use pullfocus_core::{Cancel, Distance, Picture, Plane, Scene, Size};
 use pullfocus_job::camera::{self, ASSUMED, FileCamera};
 use pullfocus_job::config::Options;
 use pullfocus_job::failure::{Failure, Result};
@@ -14,6 +14,7 @@ use pullfocus_job::options::Lens;
 use pullfocus_job::purpose::Purpose;
 use pullfocus_job::shot;
 use pullfocus_job::values::Number;
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -161,6 +162,38 @@ pub fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
+/// How far away a frame's pixels are through a lens.
+#[derive(Debug)]
+pub struct Distances {
+    /// Tangent of half the lens's horizontal angle; none where no lens was resolved.
+    half_width: Option<f64>,
+    /// Planar depth in metres, infinity where nothing is; or circles of confusion, where these were given. The
+    /// foreground's where that covers the picture.
+    pub plane: Plane,
+    /// How much of the picture is how far away.
+    pub histogram: Histogram,
+}
+
+impl Distances {
+    fn new(scene: &Scene, half_width: Option<f64>) -> pullfocus_core::Result<Self> {
+        let mut plane = metres(scene, &scene.base.distance, half_width)?;
+        if let Some(near) = &scene.foreground {
+            let over = metres(scene, &near.distance, half_width)?;
+            if let Some(alpha) = &near.picture.alpha {
+                let covers = alpha.data().iter().zip(over.data());
+                for (depth, (&alpha, &over)) in plane.data_mut().iter_mut().zip(covers) {
+                    if alpha >= 0.5 {
+                        *depth = over;
+                    }
+                }
+            }
+        }
+        let has_coc = matches!(scene.base.distance, Distance::Coc(_));
+        let histogram = if has_coc { Histogram::default() } else { Histogram::of(&plane) };
+        Ok(Self { half_width, plane, histogram })
+    }
+}
+
 /// A frame in memory.
 #[derive(Debug)]
 pub struct Plate {
@@ -174,17 +207,14 @@ pub struct Plate {
     pub found: FileCamera,
     /// What its distance was read from.
     pub distance: String,
-    /// Planar depth in metres, infinity where nothing is; or circles of confusion, where these were given. The
-    /// foreground's where that covers the picture.
-    pub depth: Plane,
-    /// Whether [`Plate::depth`] holds circles of confusion.
+    /// Whether [`Plate::distances`] are circles of confusion.
     pub has_coc: bool,
-    /// How much of the picture is how far away.
-    pub histogram: Histogram,
     /// The largest circle of confusion in pixels, where these were given; at least 1.
     pub largest_coc: f32,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// Through the lens that was looked through last.
+    distances: Mutex<Arc<Distances>>,
     proxies: Mutex<Vec<(usize, Arc<Scene>)>>,
 }
 
@@ -195,30 +225,20 @@ impl Plate {
         (found, distance): (FileCamera, String),
         warnings: Vec<String>,
     ) -> Result<Self> {
-        let mut depth = metres(&scene, &scene.base.distance, half_width)?;
-        if let Some(near) = &scene.foreground {
-            let over = metres(&scene, &near.distance, half_width)?;
-            if let Some(alpha) = &near.picture.alpha {
-                let covers = alpha.data().iter().zip(over.data());
-                for (depth, (&alpha, &over)) in depth.data_mut().iter_mut().zip(covers) {
-                    if alpha >= 0.5 {
-                        *depth = over;
-                    }
-                }
-            }
-        }
+        let distances = Distances::new(&scene, half_width)?;
         let mut found = found;
         let has_coc = matches!(scene.base.distance, Distance::Coc(_));
-        let finite = depth.data().iter().map(|c| c.abs()).filter(|c| has_coc && c.is_finite());
+        let finite = distances.plane.data().iter().map(|c| c.abs()).filter(|c| has_coc && c.is_finite());
         let largest_coc = finite.fold(1.0, f32::max);
-        let histogram = if has_coc { Histogram::default() } else { Histogram::of(&depth) };
         if let Some(focus) = found.focus_distance.as_mut().filter(|focus| focus.from == ASSUMED) {
             // What is in the middle of the picture is what it is about, more often than not.
-            let size = depth.size();
-            let middle = depth.at(size.width / 2, size.height / 2);
+            let size = distances.plane.size();
+            let middle = distances.plane.at(size.width / 2, size.height / 2);
             let there = Some(f64::from(middle)).filter(|middle| middle.is_finite() && *middle > 0.1);
-            focus.value =
-                there.or(histogram.distance(0.5)).filter(|focus| *focus > 0.1).unwrap_or(focus.value);
+            focus.value = there
+                .or(distances.histogram.distance(0.5))
+                .filter(|focus| *focus > 0.1)
+                .unwrap_or(focus.value);
         }
         Ok(Self {
             number: files.number,
@@ -226,11 +246,10 @@ impl Plate {
             scene,
             found,
             distance,
-            depth,
             has_coc,
-            histogram,
             largest_coc,
             warnings,
+            distances: Mutex::new(Arc::new(distances)),
             proxies: Mutex::default(),
         })
     }
@@ -238,6 +257,42 @@ impl Plate {
     /// Width and height in pixels.
     pub fn size(&self) -> Size {
         self.scene.frame.data.size
+    }
+
+    /// How far away its pixels are, through the lens that was looked through last.
+    pub fn distances(&self) -> Arc<Distances> {
+        Arc::clone(&lock(&self.distances))
+    }
+
+    /// Looks through a lens, the tangent of half whose angle this is; whether distances changed. They do where they are along rays
+    /// and this is another angle, and that takes a while.
+    ///
+    /// # Errors
+    /// [`pullfocus_core::Error::OutOfMemory`].
+    pub fn look_through(&self, half_width: f64) -> pullfocus_core::Result<bool> {
+        let elements = std::iter::once(&self.scene.base).chain(&self.scene.foreground);
+        let along_rays = |distance: &Distance| match distance {
+            Distance::Depth { decoding, .. } => decoding.needs_field_of_view(),
+            Distance::Coc(_) => false,
+        };
+        let mut distances = elements.map(|element| &element.distance);
+        if self.distances().half_width == Some(half_width) || !distances.any(along_rays) {
+            return Ok(false);
+        }
+        let through = Arc::new(Distances::new(&self.scene, Some(half_width))?);
+        *lock(&self.distances) = through;
+        Ok(true)
+    }
+
+    /// Whether there is such a pixel.
+    pub fn has_pixel(&self, [x, y]: [usize; 2]) -> bool {
+        x < self.size().width && y < self.size().height
+    }
+
+    /// What other programs call a pixel: column and row in the file's own windows.
+    pub fn coordinates(&self, [x, y]: [usize; 2]) -> [i64; 2] {
+        let data = self.scene.frame.data;
+        [i64::from(data.x) + x as i64, i64::from(data.y) + y as i64]
     }
 
     /// The picture as it was rendered: what is near over the rest.
@@ -299,7 +354,7 @@ impl Plate {
         if self.has_coc || x >= size.width || y >= size.height {
             return None;
         }
-        Some(f64::from(self.depth.at(x, y))).filter(|depth| depth.is_finite())
+        Some(f64::from(self.distances().plane.at(x, y))).filter(|depth| depth.is_finite())
     }
 
     /// The depth to focus on where a user points: of the pixels around, the one nearest to the middle of them in depth, so
@@ -322,17 +377,17 @@ fn metres(scene: &Scene, distance: &Distance, half_width: Option<f64>) -> pullfo
     let Distance::Depth { plane, decoding } = distance else { return copy(distance.plane()) };
     // Along a ray means nothing without an angle; a lens is always resolved where depth is.
     let half_width = half_width.unwrap_or(0.5);
-    let planar = decoding.kind != DepthKind::Ray;
     let mut out = Plane::filled(plane.size(), 0.0)?;
-    for y in 0..plane.size().height {
-        for (x, (out, &value)) in out.row_mut(y).iter_mut().zip(plane.row(y)).enumerate() {
-            *out = if planar {
-                decoding.to_metres(value, || [0.0, 0.0])
-            } else {
-                decoding.metres_at(&scene.frame, half_width, value, x, y)
-            } as f32;
+    let (width, frame) = (plane.size().width.max(1), &scene.frame);
+    // Across, tangents grow evenly.
+    let across = |x| frame.ray_tangents(half_width, x, 0)[0];
+    let (first, step) = (across(0), across(1) - across(0));
+    out.data_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        let up = frame.ray_tangents(half_width, 0, y)[1];
+        for (x, (out, &value)) in row.iter_mut().zip(plane.row(y)).enumerate() {
+            *out = decoding.to_metres(value, || [first + step * x as f64, up]) as f32;
         }
-    }
+    });
     Ok(out)
 }
 

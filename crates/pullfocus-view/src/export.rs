@@ -3,11 +3,12 @@
 use crate::clip::Clip;
 use crate::color::Table;
 use crate::document::Document;
+use crate::framing::{looked_at, pixel_aspect};
 use crate::locked::lock;
 use crate::screen::Transform;
 use eframe::egui;
 use pullfocus::{Device, Renderer};
-use pullfocus_core::{Cancel, Picture, Show};
+use pullfocus_core::{Cancel, Frame, Picture, Show};
 use pullfocus_io::output::{Existing, check_target};
 use pullfocus_io::sequence::Pattern;
 use pullfocus_job::draw::Canvas;
@@ -31,9 +32,9 @@ pub enum What {
     /// The shot at full quality, as `pullfocus render` writes it.
     #[default]
     Shot,
-    /// What is seen, as pictures: with exposure and display transform.
+    /// The result, as pictures: with exposure and display transform, as the screen shows it.
     Pictures,
-    /// What is seen, as a movie.
+    /// The result, as a movie, likewise.
     Movie,
     /// The lens at each frame, for other programs.
     Camera,
@@ -186,13 +187,13 @@ fn shot(document: &Document, order: &Order, cancel: &Cancel, tell: Tell<'_>) -> 
     Ok(())
 }
 
-/// Renders every frame as it is seen.
+/// Renders every frame as it is seen, and hands it over with its number in the clip and the aspect of its pixels.
 fn frames(
     clip: &Clip,
     document: &Document,
     order: &Order,
     cancel: &Cancel,
-    mut take: impl FnMut(usize, Canvas) -> Result<()>,
+    mut take: impl FnMut(usize, Canvas, f32) -> Result<()>,
 ) -> Result<()> {
     let device = document.shot().blur.device.clone().map_or(Device::Auto, |device| device.0);
     let mut renderer = Renderer::open(&device)?;
@@ -203,17 +204,26 @@ fn frames(
         wanted.settings.show = order.show.unwrap_or(wanted.settings.show);
         let mut scene = plate.scene;
         renderer.render(&mut scene, wanted.camera.as_ref(), &wanted.settings, cancel)?;
-        take(index, seen(&scene.base.picture, order))?;
+        take(index, seen(&scene.base.picture, &scene.frame, order), pixel_aspect(&scene.frame))?;
     }
     Ok(())
 }
 
-/// A picture as the screen shows it.
-fn seen(picture: &Picture, order: &Order) -> Canvas {
+/// A picture as the screen shows it: the display window, so that frames of other data windows register; black where no pixels are.
+fn seen(picture: &Picture, frame: &Frame, order: &Order) -> Canvas {
+    let (window, size) = (looked_at(frame), picture.size());
+    let inside = |at: usize, window: i32, data: i32, length: usize| {
+        let at = usize::try_from(i64::from(window) - i64::from(data) + at as i64).ok();
+        at.filter(|&at| at < length)
+    };
     let last = picture.colors.len().saturating_sub(1);
     let planes = [0, 1, 2].map(|i| picture.colors.get(if last < 2 { 0 } else { i }));
-    Canvas::from_fn(picture.size(), |i| {
-        let linear = planes.map(|plane| plane.map_or(0.0, |plane| plane.data()[i]));
+    Canvas::from_fn(window.size, |i| {
+        let (x, y) = (i % window.size.width, i / window.size.width);
+        let x = inside(x, window.x, frame.data.x, size.width);
+        let y = inside(y, window.y, frame.data.y, size.height);
+        let (Some(x), Some(y)) = (x, y) else { return [0; 3] };
+        let linear = planes.map(|plane| plane.map_or(0.0, |plane| plane.at(x, y)));
         let colors = order.transform.colors(linear, order.gain, order.table.as_deref());
         colors.map(|color| (color * 255.0 + 0.5) as u8)
     })
@@ -235,7 +245,7 @@ fn pictures(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, te
         check_target(&file(index), clip.files(index).iter().flat_map(|files| files.read()), existing(order))?;
     }
     tell(0, clip.len());
-    frames(clip, document, order, cancel, |index, canvas| {
+    frames(clip, document, order, cancel, |index, canvas, _| {
         let output = file(index);
         storage::save_canvas(&canvas, &output, existing(order))?;
         tell(index + 1, clip.len());
@@ -265,10 +275,10 @@ fn movie(clip: &Clip, document: &Document, order: &Order, cancel: &Cancel, tell:
     let half = folder.path().join(format!("movie.{ending}"));
     let mut encoder: Option<Encoder> = None;
     let mut size = None;
-    frames(clip, document, order, cancel, |index, canvas| {
+    frames(clip, document, order, cancel, |index, canvas, aspect| {
         let encoder = match &mut encoder {
             Some(encoder) => encoder,
-            none => none.insert(Encoder::start(order, &half, &canvas)?),
+            none => none.insert(Encoder::start(order, &half, (&canvas, aspect))?),
         };
         if (canvas.width, canvas.height) != *size.get_or_insert((canvas.width, canvas.height)) {
             return Err(Failure::failed(format!(
@@ -301,16 +311,21 @@ struct Encoder {
 }
 
 impl Encoder {
-    fn start(order: &Order, output: &Path, canvas: &Canvas) -> Result<Self> {
+    fn start(order: &Order, output: &Path, (canvas, aspect): (&Canvas, f32)) -> Result<Self> {
         let name = order.encoder.display().to_string();
         // A file, not a pipe: what nobody reads in time would stop it.
         let said = output.with_extension("txt");
         let fps = order.fps.to_string();
         let size = format!("{}x{}", canvas.width, canvas.height);
+        // Most players want even sides, and take colours for BT.709's. Pixels that are not square stay as they are, and are told.
+        let filters = format!(
+            "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,setsar={aspect}:max=1000"
+        );
         let child = Command::new(&order.encoder)
             .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", &size, "-r", &fps])
-            // Most players want even sides and this form of colour.
-            .args(["-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
+            .args(["-i", "-", "-vf", &filters, "-pix_fmt", "yuv420p"])
+            .args(["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"])
+            .args(["-color_range", "tv"])
             .arg(output)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())

@@ -1,6 +1,10 @@
 //! How much of a picture is how far away.
 
 use pullfocus_core::Plane;
+use rayon::prelude::*;
+
+/// Pixels that a thread counts at a time.
+const CHUNK: usize = 1 << 16;
 
 /// Bars of a histogram.
 pub const BARS: usize = 128;
@@ -19,20 +23,30 @@ pub struct Histogram {
 impl Histogram {
     /// Counts depths in metres.
     pub fn of(depth: &Plane) -> Self {
-        let there = || depth.data().iter().copied().filter(|z| z.is_finite() && *z > 0.0);
-        let [near, far] = there().fold([f32::INFINITY, 0.0], |[near, far], z| [near.min(z), far.max(z)]);
-        let nothing = depth.data().len() - there().count();
+        let chunks = || depth.data().par_chunks(CHUNK);
+        let (near, far, count) = chunks()
+            .map(|chunk| {
+                let one = |(near, far, n): (f32, f32, usize), z| (near.min(z), far.max(z), n + 1);
+                there(chunk).fold((f32::INFINITY, 0.0, 0), one)
+            })
+            .reduce(|| (f32::INFINITY, 0.0, 0), |a, b| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2));
+        let nothing = depth.data().len() - count;
         if far <= 0.0 {
             return Self { nothing: nothing as u32, ..Self::default() };
         }
         // Room on both sides, and a width where all is one distance.
         let range = [f64::from(near) / 1.05, f64::from(far) * 1.05];
-        let mut bars = vec![0; BARS];
         let (start, scale) = (range[0].ln(), BARS as f64 / (range[1] / range[0]).ln());
-        for z in there() {
-            let at = (f64::from(z).ln() - start) * scale;
-            bars[(at as usize).min(BARS - 1)] += 1;
-        }
+        let count = |chunk: &[f32]| {
+            let mut bars = [0; BARS];
+            for z in there(chunk) {
+                let at = (f64::from(z).ln() - start) * scale;
+                bars[(at as usize).min(BARS - 1)] += 1;
+            }
+            bars
+        };
+        let sum = |a: [u32; BARS], b: [u32; BARS]| std::array::from_fn(|i| a[i] + b[i]);
+        let bars = chunks().map(count).reduce(|| [0; BARS], sum).to_vec();
         Self { range: Some(range), bars, nothing: nothing as u32 }
     }
 
@@ -47,6 +61,11 @@ impl Histogram {
         let [near, far] = self.range?;
         Some(near * (far / near).powf(place))
     }
+}
+
+/// Where something is.
+fn there(depth: &[f32]) -> impl Iterator<Item = f32> {
+    depth.iter().copied().filter(|z| z.is_finite() && *z > 0.0)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ pub mod color;
 pub mod document;
 pub mod engine;
 pub mod export;
+pub mod framing;
 pub mod histogram;
 pub mod loader;
 mod locked;

@@ -81,7 +81,7 @@ pub struct Look {
     pub transform: Transform,
     /// Screen points for a picture's pixel; all of the picture if not given.
     pub zoom: Option<f32>,
-    /// Picture pixel in the middle of the window.
+    /// Pixel in the middle of the window, counted from the display window's corner.
     pub center: [f32; 2],
     /// Distances in metres or feet.
     pub feet: bool,

@@ -16,6 +16,8 @@ pub struct Reference {
     pub path: PathBuf,
     /// The picture on the device, linear.
     pub texture: Texture,
+    /// The frame that it lies beside, pixel by pixel.
+    pub beside: Option<Frame>,
     /// As a viewer sees it.
     display: [Plane; 3],
 }
@@ -40,6 +42,7 @@ impl Reference {
         let told = |error: String| format!("{}: {error}", path.display());
         Ok(Self {
             path: path.to_owned(),
+            beside: beside.copied(),
             texture: screen::from_picture(device, queue, &picture)
                 .map_err(|error| told(error.to_string()))?,
             display: pullfocus_metrics::display(&picture).map_err(|error| told(error.to_string()))?,
@@ -86,6 +89,11 @@ impl Comparison {
         let colors = pullfocus_metrics::magma(&flip.map).map_err(text)?;
         let map = screen::from_srgb(device, queue, &colors).map_err(|error| error.to_string())?;
         Ok(Self { reference: Arc::clone(reference), shown: Arc::clone(shown), psnr, flip: flip.mean, map })
+    }
+
+    /// The frame whose pixels it has.
+    pub fn frame(&self) -> &Frame {
+        &self.shown.plate.scene.frame
     }
 
     /// Whether it is of these two.

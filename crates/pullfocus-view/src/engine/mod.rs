@@ -7,7 +7,7 @@ mod worker;
 
 pub use compare::{Comparison, Reference, read_back};
 
-use crate::clip::Plate;
+use crate::clip::{Distances, Plate};
 use crate::locked::lock;
 use crate::screen::Texture;
 use eframe::{egui, egui_wgpu, wgpu};
@@ -45,6 +45,8 @@ pub struct Ask {
     pub plate: Arc<Plate>,
     /// The takes A and B, as far as they are looked at.
     pub takes: [Option<Take>; 2],
+    /// Tangent of half the angle of the lens that distances are looked at through.
+    pub half_width: Option<f64>,
     /// Whether something moves right now, so that a picture soon is better than a fine one.
     pub hurry: bool,
     /// What take A is compared with.
@@ -62,6 +64,7 @@ impl Ask {
         };
         Arc::ptr_eq(&self.plate, &other.plate)
             && self.takes == other.takes
+            && self.half_width == other.half_width
             && (!self.hurry || other.hurry)
             && same_reference
     }
@@ -101,6 +104,8 @@ pub struct OnDevice {
     pub pinhole: Texture,
     /// Its distances, or its circles of confusion.
     pub distances: Texture,
+    /// The same in memory.
+    pub seen: Arc<Distances>,
 }
 
 /// A pixel of a rendered picture.

@@ -10,7 +10,10 @@ use crate::screen::{self, Texture};
 use eframe::wgpu;
 use pullfocus_core::{Error, Layering, Method, Report, Settings, Size};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// What takes longer is not done while a hand moves.
+const AT_ONCE: Duration = Duration::from_millis(20);
 
 /// What a device makes of a take.
 pub struct Made {
@@ -30,6 +33,8 @@ pub struct Worker {
     serial: u64,
     /// What was open when the work began.
     opened: u64,
+    /// How long it took to look at distances through another lens.
+    looking: Duration,
 }
 
 /// Whether another device may do what this one could not.
@@ -59,6 +64,7 @@ impl Worker {
             device: (device.clone(), queue.clone()),
             serial: 0,
             opened: 0,
+            looking: Duration::ZERO,
         }
     }
 
@@ -119,6 +125,10 @@ impl Worker {
                     return;
                 }
             }
+            if !fine && let Err(error) = self.look_through(ask) {
+                lock(&self.shared.state).fault = Some(error.to_string());
+                return;
+            }
             if ask.hurry {
                 return;
             }
@@ -126,17 +136,36 @@ impl Worker {
         self.compare(ask);
     }
 
+    /// Looks at distances through the lens of now, once there is its picture; when the hand is at rest, where that takes longer.
+    fn look_through(&mut self, ask: &Ask) -> Result<(), Error> {
+        let Some(half_width) = ask.half_width.filter(|_| !ask.hurry || self.looking <= AT_ONCE) else {
+            return Ok(());
+        };
+        let start = Instant::now();
+        if ask.plate.look_through(half_width)? {
+            self.looking = start.elapsed();
+            tracing::debug!(milliseconds = 1e3 * self.looking.as_secs_f64(), "distances");
+        }
+        self.bring(&ask.plate)
+    }
+
     /// Brings a frame to the device, to be looked at as it is.
     fn bring(&self, plate: &Arc<Plate>) -> Result<(), Error> {
         let known = lock(&self.shared.state).frame.clone();
-        if known.is_some_and(|known| Arc::ptr_eq(&known.plate, plate)) {
+        let known = known.filter(|known| Arc::ptr_eq(&known.plate, plate));
+        let seen = plate.distances();
+        if known.as_ref().is_some_and(|known| Arc::ptr_eq(&known.seen, &seen)) {
             return Ok(());
         }
         let (device, queue) = &self.device;
         let frame = OnDevice {
             plate: Arc::clone(plate),
-            pinhole: screen::from_picture(device, queue, &*plate.in_focus()?)?,
-            distances: screen::distances(device, queue, &plate.depth, None)?,
+            pinhole: match known {
+                Some(known) => known.pinhole.clone(),
+                None => screen::from_picture(device, queue, &*plate.in_focus()?)?,
+            },
+            distances: screen::distances(device, queue, &seen.plane, None)?,
+            seen,
         };
         lock(&self.shared.state).frame = Some(Arc::new(frame));
         self.shared.ctx.request_repaint();

@@ -5,7 +5,6 @@ use super::texture::Texture;
 use crate::color::{self, Table};
 use eframe::egui_wgpu::{Callback, CallbackResources, CallbackTrait};
 use eframe::{egui, wgpu};
-use pullfocus_core::Size;
 use pullfocus_core::coc::CocCurve;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -89,15 +88,17 @@ struct Params {
     corner: [f32; 2],
     origin: [f32; 2],
     step: [f32; 2],
-    size: [f32; 2],
     wipe: f32,
     gain: f32,
     transform: u32,
     overlay: f32,
     kinds: [u32; 2],
     shaper: [f32; 2],
+    /// Four floats begin at a multiple of their size.
+    gap: [f32; 2],
     curves: [Curve; 2],
     ranges: [f32; 4],
+    areas: [Area; 3],
 }
 
 /// See `display.wgsl`.
@@ -128,6 +129,27 @@ impl Curve {
     }
 }
 
+/// A rectangle of picture pixels, parts included.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Area {
+    /// Upper left corner.
+    pub origin: [f32; 2],
+    /// Width and height.
+    pub size: [f32; 2],
+}
+
+/// One side of the border.
+#[derive(Debug, Clone)]
+pub struct Side {
+    /// What it shows.
+    pub kind: Kind,
+    /// That.
+    pub texture: Option<Texture>,
+    /// Where it lies, however many pixels the texture has.
+    pub area: Area,
+}
+
 /// One picture to draw.
 #[derive(Debug, Clone)]
 pub struct Paint {
@@ -137,14 +159,12 @@ pub struct Paint {
     pub origin: [f32; 2],
     /// Picture pixels in a point, across and down.
     pub step: [f32; 2],
-    /// The picture's size in its own pixels, whatever the textures'.
-    pub size: Size,
     /// Left and right of the border.
-    pub sides: [(Kind, Option<Texture>); 2],
+    pub sides: [Side; 2],
     /// Where the border is, as a part of the rectangle; none for one side alone, the left one.
     pub wipe: Option<f32>,
-    /// Distances: metres, or circles of confusion.
-    pub distances: Option<Texture>,
+    /// Distances, metres or circles of confusion, and where they lie.
+    pub distances: Option<(Texture, Area)>,
     /// Whether distances are circles of confusion.
     pub are_coc: bool,
     /// The circle of confusion of a distance, left and right of the border.
@@ -277,7 +297,6 @@ impl Paint {
             corner: [rect.min.x * points, rect.min.y * points],
             origin: self.origin,
             step: self.step.map(|step| step / points),
-            size: [self.size.width as f32, self.size.height as f32],
             wipe,
             gain: self.gain,
             transform: match self.transform {
@@ -288,14 +307,20 @@ impl Paint {
                 Transform::Ocio => 0,
             },
             overlay: if self.distances.is_some() { self.overlay } else { 0.0 },
-            kinds: [self.sides[0].0 as u32, self.sides[1].0 as u32],
+            kinds: [self.sides[0].kind as u32, self.sides[1].kind as u32],
             shaper: color::shaper(),
+            gap: [0.0; 2],
             curves: self.curves.each_ref().map(Curve::of),
             ranges: [
                 self.coc_range.max(1e-3),
                 1.0 / self.depth_range[0].max(1e-6),
                 1.0 / self.depth_range[1].max(1e-6),
                 if self.are_coc { 1.0 } else { 0.0 },
+            ],
+            areas: [
+                self.sides[0].area,
+                self.sides[1].area,
+                self.distances.as_ref().map_or(self.sides[0].area, |(_, area)| *area),
             ],
         }
     }
@@ -313,11 +338,11 @@ impl Display {
             mapped_at_creation: false,
         });
         self.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&params));
-        let view = |texture: &Option<Texture>| {
-            texture.as_ref().map_or_else(|| self.black.clone(), |texture| texture.view.clone())
+        let view = |texture: Option<&Texture>| {
+            texture.map_or_else(|| self.black.clone(), |texture| texture.view.clone())
         };
-        let [left, right, distances] =
-            [view(&paint.sides[0].1), view(&paint.sides[1].1), view(&paint.distances)];
+        let [left, right] = paint.sides.each_ref().map(|side| view(side.texture.as_ref()));
+        let distances = view(paint.distances.as_ref().map(|(texture, _)| texture));
         let cube = self.cube.view(device, &self.queue, paint.table.as_ref());
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -332,8 +357,8 @@ impl Display {
                 entry(5, wgpu::BindingResource::TextureView(&cube)),
             ],
         });
-        let [left, right] = paint.sides.each_ref().map(|(_, texture)| texture.clone());
-        let textures = [left, right, paint.distances.clone()];
+        let [left, right] = paint.sides.each_ref().map(|side| side.texture.clone());
+        let textures = [left, right, paint.distances.as_ref().map(|(texture, _)| texture.clone())];
         Callback::new_paint_callback(
             paint.rect,
             Painted { display: Arc::clone(self), group, _textures: textures },

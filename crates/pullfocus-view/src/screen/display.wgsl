@@ -13,8 +13,6 @@ struct Params {
     corner: vec2f,
     origin: vec2f,
     step: vec2f,
-    // Of the whole picture, in its pixels.
-    size: vec2f,
     // Screen pixel from which on the right side is shown, and whether there are two sides.
     wipe: f32,
     gain: f32,
@@ -27,6 +25,8 @@ struct Params {
     curves: array<Curve, 2>,
     // Diameter in full colour; near and far end in dioptres; whether the distances are circles already.
     ranges: vec4f,
+    // Where left, right and distances lie: first pixel and size.
+    areas: array<vec4f, 3>,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -46,9 +46,10 @@ fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(f32(4 * (index & 1u)) - 1.0, 1.0 - f32(2 * (index & 2u)), 0.0, 1.0);
 }
 
-fn picture(source: texture_2d<f32>, at: vec2f) -> vec4f {
+fn picture(source: texture_2d<f32>, pixel: vec2f, area: vec4f) -> vec4f {
+    let at = pixel - area.xy;
     let dims = vec2f(textureDimensions(source));
-    let scale = dims / params.size;
+    let scale = dims / area.zw;
     let step = abs(params.step) * scale;
     if max(step.x, step.y) <= 1.0 && scale.x == 1.0 {
         // Magnified: pixels are squares.
@@ -150,16 +151,18 @@ fn shown(linear: vec3f) -> vec3f {
 
 fn distance_at(at: vec2f) -> f32 {
     let dims = vec2f(textureDimensions(distances));
-    return textureLoad(distances, vec2i(clamp(at * dims / params.size, vec2f(0.0), dims - 1.0)), 0).x;
+    let area = params.areas[2];
+    return textureLoad(distances, vec2i(clamp((at - area.xy) * dims / area.zw, vec2f(0.0), dims - 1.0)), 0).x;
 }
 
 @fragment
 fn pixel(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let at = params.origin + params.step * (position.xy - params.corner);
-    if any(at < vec2f(0.0)) || any(at >= params.size) {
+    let second = position.x - params.corner.x >= params.wipe;
+    let area = select(params.areas[0], params.areas[1], second);
+    if any(at < area.xy) || any(at >= area.xy + area.zw) {
         discard;
     }
-    let second = position.x - params.corner.x >= params.wipe;
     let kind = select(params.kinds.x, params.kinds.y, second);
     var color: vec3f;
     if kind == DEPTH {
@@ -171,9 +174,9 @@ fn pixel(@builtin(position) position: vec4f) -> @location(0) vec4f {
         color = circle_color(circle(distance_at(at), second));
     } else {
         if second {
-            color = picture(right, at).rgb;
+            color = picture(right, at, area).rgb;
         } else {
-            color = picture(left, at).rgb;
+            color = picture(left, at, area).rgb;
         }
         if kind == LINEAR_LIGHT {
             color = shown(color);

@@ -4,5 +4,5 @@ mod cube;
 mod display;
 mod texture;
 
-pub use display::{Display, Kind, Paint, Transform};
+pub use display::{Area, Display, Kind, Paint, Side, Transform};
 pub use texture::{Texture, distances, from_picture, from_srgb, full_precision};

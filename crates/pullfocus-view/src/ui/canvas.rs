@@ -3,11 +3,13 @@
 use super::App;
 use crate::clip::Plate;
 use crate::document::Quantity;
+use crate::engine::OnDevice;
+use crate::framing::{Framing, looked_at, pixel_aspect};
 use crate::look::View;
-use crate::screen::{Kind, Paint, Texture};
+use crate::screen::{Area, Kind, Paint, Side, Texture};
 use eframe::egui::{self, Pos2, Rect, Response, Sense, Vec2};
-use pullfocus_core::CocFormula;
 use pullfocus_core::coc::CocCurve;
+use pullfocus_core::{CocFormula, Frame};
 use std::sync::Arc;
 
 /// Screen points for a pixel, at the least and at the most.
@@ -18,7 +20,7 @@ const ZOOMS: [f32; 2] = [0.02, 64.0];
 pub struct Place {
     /// The window's part.
     pub rect: Rect,
-    /// Picture pixel at its upper left corner.
+    /// Picture pixel at its upper left corner, counted from the first that the file holds.
     pub origin: [f32; 2],
     /// Picture pixels in a point.
     pub step: [f32; 2],
@@ -51,35 +53,36 @@ impl App {
             self.empty_canvas(ui, response.rect);
             return;
         };
-        let aspect = plate.scene.frame.pixel_aspect;
-        let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
-        let size = [plate.size().width as f32, plate.size().height as f32];
+        let frame = &plate.scene.frame;
+        let (aspect, framing) = (pixel_aspect(frame), Framing::of(frame));
         let rect = response.rect;
-        let fit = (rect.width() / (size[0] * aspect)).min(rect.height() / size[1]).max(ZOOMS[0]);
-        self.navigate(ui, &response, (size, aspect, fit));
+        let [width, height] = framing.size;
+        let fit = (rect.width() / (width * aspect)).min(rect.height() / height).max(ZOOMS[0]);
+        self.navigate(ui, &response, (framing.middle(), aspect, fit));
         let zoom = self.look.zoom.unwrap_or(fit);
-        let center = if self.look.zoom.is_some() { self.look.center } else { [0.5 * size[0], 0.5 * size[1]] };
+        let center = if self.look.zoom.is_some() { self.look.center } else { framing.middle() };
         let step = [1.0 / (zoom * aspect), 1.0 / zoom];
-        let origin = [center[0] - 0.5 * rect.width() * step[0], center[1] - 0.5 * rect.height() * step[1]];
+        let half = [0.5 * rect.width() * step[0], 0.5 * rect.height() * step[1]];
+        let origin = [0, 1].map(|axis| framing.origin[axis] + center[axis] - half[axis]);
         let place = Place { rect, origin, step };
         self.place = Some(place);
         self.focus_by_hand(ui, &response, &place);
 
-        let (left, right) = (self.side(self.look.left), self.look.right.map(|view| self.side(view)));
+        let left = self.side(self.look.left, &plate);
+        let right = self.side(self.look.right.unwrap_or(self.look.left), &plate);
         let curve = |view: View| {
             let take = self.document.take(self.take_of(view), &plate, self.plate_frame).ok();
             take.and_then(|take| take.curve(&plate.scene.frame)).unwrap_or(NOTHING)
         };
         let curves = [self.look.left, self.look.right.unwrap_or(self.look.left)].map(curve);
-        let depth_range = plate.histogram.range.unwrap_or([1.0, 10.0]);
+        let depth_range = plate.distances().histogram.range.unwrap_or([1.0, 10.0]);
         let paint = Paint {
             rect,
             origin,
             step,
-            size: plate.size(),
-            sides: [left, right.unwrap_or((Kind::Light, None))],
+            sides: [left, right],
             wipe: self.look.right.map(|_| self.look.wipe),
-            distances: self.engine.state().frame.as_ref().map(|frame| frame.distances.clone()),
+            distances: self.on_device(&plate, |frame| frame.distances.clone()),
             are_coc: plate.has_coc,
             coc_range: curves.iter().map(|curve| self.coc_range(&plate, curve)).fold(1.0, f32::max),
             curves,
@@ -90,6 +93,12 @@ impl App {
             table: self.table(),
         };
         ui.painter().with_clip_rect(rect).add(self.display.paint(&paint, ui.ctx().pixels_per_point()));
+        if frame.data != looked_at(frame) {
+            let [x, y] = framing.origin;
+            let outline = Rect::from_two_pos(place.point([x, y]), place.point([x + width, y + height]));
+            let stroke = egui::Stroke::new(1.0, egui::Color32::from_white_alpha(90));
+            ui.painter().with_clip_rect(rect).rect_stroke(outline, 0.0, stroke, egui::StrokeKind::Inside);
+        }
         self.labels(ui, rect);
         self.wipe_handle(ui, rect);
         if let (Some((from, _)), Some(to)) = (self.rack_from, response.interact_pointer_pos()) {
@@ -98,9 +107,9 @@ impl App {
             ui.painter().circle_stroke(line[0], 6.0, egui::Stroke::new(2.0, egui::Color32::WHITE));
         }
         self.hovered = response.hover_pos().and_then(|point| {
-            let [x, y] = place.pixel(point);
-            let inside = x >= 0.0 && y >= 0.0 && x < size[0] && y < size[1];
-            inside.then_some(([x as usize, y as usize], self.side_at(&place, point)))
+            let at = place.pixel(point);
+            let at = at.iter().all(|&at| at >= 0.0).then(|| at.map(|at| at as usize))?;
+            plate.has_pixel(at).then(|| (at, self.side_at(&place, point)))
         });
     }
 
@@ -123,9 +132,8 @@ impl App {
     }
 
     /// Zoom about the cursor by the wheel or a pinch, pan by the right or the middle button.
-    fn navigate(&mut self, ui: &egui::Ui, response: &Response, (size, aspect, fit): ([f32; 2], f32, f32)) {
+    fn navigate(&mut self, ui: &egui::Ui, response: &Response, (whole, aspect, fit): ([f32; 2], f32, f32)) {
         let rect = response.rect;
-        let whole = [0.5 * size[0], 0.5 * size[1]];
         if let Some(pointer) = response.hover_pos() {
             let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
             let factor = (wheel * 0.005).exp() * pinch;
@@ -211,8 +219,7 @@ impl App {
     pub(super) fn full_size(&mut self) {
         let Some(plate) = &self.plate else { return };
         if self.look.zoom.is_none() {
-            let size = plate.size();
-            self.look.center = [0.5 * size.width as f32, 0.5 * size.height as f32];
+            self.look.center = Framing::of(&plate.scene.frame).middle();
         }
         self.look.zoom = Some(1.0 / self.ctx.pixels_per_point());
     }
@@ -256,30 +263,45 @@ impl App {
         }
     }
 
-    fn side(&self, view: View) -> (Kind, Option<Texture>) {
-        let state = self.engine.state();
-        let frame = self.plate.as_ref().map(|plate| plate.scene.frame);
-        // While it plays the last picture may be of a frame before, which may lie elsewhere.
-        let lies_here = |plate: &Plate| frame.is_some_and(|frame| frame.data == plate.scene.frame.data);
+    /// What a side shows of this plate, or of the one before until there is more.
+    fn side(&self, view: View, plate: &Plate) -> Side {
+        let frame = &plate.scene.frame;
+        let here = area(frame, frame);
         let shown = |side: usize| {
-            let shown = state.shown[side].as_ref().filter(|shown| lies_here(&shown.plate));
-            shown.map(|shown| shown.texture.clone())
+            let shown = self.engine.state().shown[side].clone()?;
+            Some((shown.texture.clone(), area(&shown.plate.scene.frame, frame)))
         };
-        let pinhole = || state.frame.as_ref().map(|frame| frame.pinhole.clone());
-        match view {
+        let pinhole = || self.on_device(plate, |frame| frame.pinhole.clone());
+        let (kind, picture) = match view {
             View::Result => (Kind::Light, shown(0).or_else(pinhole)),
             View::Other => (Kind::Light, shown(1).or_else(pinhole)),
             View::Pinhole => (Kind::Light, pinhole()),
-            View::Depth if self.plate.as_ref().is_none_or(|plate| !plate.has_coc) => (Kind::Depth, None),
-            View::Depth => (Kind::Coc, None),
-            View::Coc => (Kind::Coc, None),
+            View::Depth | View::Coc => {
+                let kind = if view == View::Depth && !plate.has_coc { Kind::Depth } else { Kind::Coc };
+                let area = self.on_device(plate, |frame| frame.distances.clone()).map(|(_, area)| area);
+                // Distances are there for every view.
+                return Side { kind, texture: None, area: area.unwrap_or(here) };
+            }
             View::Reference => {
-                (Kind::Light, self.references.now.as_ref().map(|reference| reference.texture.clone()))
+                let lies =
+                    |beside: &Option<Frame>| beside.as_ref().map_or(here, |beside| area(beside, frame));
+                let reference = self.references.now.as_ref();
+                (Kind::Light, reference.map(|now| (now.texture.clone(), lies(&now.beside))))
             }
             View::Difference => {
-                (Kind::Encoded, state.comparison.as_ref().map(|comparison| comparison.map.clone()))
+                let state = self.engine.state();
+                let comparison = state.comparison.as_ref();
+                (Kind::Encoded, comparison.map(|found| (found.map.clone(), area(found.frame(), frame))))
             }
-        }
+        };
+        let area = picture.as_ref().map_or(here, |(_, area)| *area);
+        Side { kind, texture: picture.map(|(texture, _)| texture), area }
+    }
+
+    /// Something of the frame on the device, and where it lies in this plate.
+    fn on_device(&self, plate: &Plate, of: impl Fn(&OnDevice) -> Texture) -> Option<(Texture, Area)> {
+        let frame = self.engine.state().frame.clone()?;
+        Some((of(&frame), area(&frame.plate.scene.frame, &plate.scene.frame)))
     }
 
     fn labels(&self, ui: &egui::Ui, rect: Rect) {
@@ -349,10 +371,18 @@ impl App {
         if plate.has_coc {
             return plate.largest_coc;
         }
-        let Some([near, far]) = plate.histogram.range else { return 1.0 };
-        let nothing = if plate.histogram.nothing > 0 { f64::INFINITY } else { far };
+        let distances = plate.distances();
+        let Some([near, far]) = distances.histogram.range else { return 1.0 };
+        let nothing = if distances.histogram.nothing > 0 { f64::INFINITY } else { far };
         curve.diameter(near).abs().max(curve.diameter(nothing).abs()).max(1.0)
     }
+}
+
+/// Where a frame's pixels lie in those of another one: they show the same display window.
+fn area(frame: &Frame, other: &Frame) -> Area {
+    let [from, to] = [frame, other].map(|frame| Framing::of(frame).origin);
+    let size = frame.data.size;
+    Area { origin: [to[0] - from[0], to[1] - from[1]], size: [size.width as f32, size.height as f32] }
 }
 
 fn align_at(at: Pos2, align: f32, size: Vec2) -> Pos2 {

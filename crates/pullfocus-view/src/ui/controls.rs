@@ -111,7 +111,8 @@ impl App {
         // What the field showed when it was entered: its text is read more than once.
         let entered = egui::Id::unique("focus distance entered");
         let before = ui.data(|data| data.get_temp(entered)).unwrap_or(value);
-        let [near, far] = self.plate.as_ref().and_then(|plate| plate.histogram.range).unwrap_or([0.3, 30.0]);
+        let [near, far] =
+            self.plate.as_ref().and_then(|plate| plate.distances().histogram.range).unwrap_or([0.3, 30.0]);
         ui.horizontal(|ui| {
             self.keyed(ui, Quantity::FocusDistance, values.focus_m);
             ui.label("Focus distance");

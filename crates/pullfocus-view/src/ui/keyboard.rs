@@ -189,8 +189,11 @@ impl App {
     /// By a hundredth of the way from the nearest thing to infinity, in dioptres.
     fn step_focus(&mut self, steps: f64) {
         let Some(values) = self.lens_values() else { return };
-        let nearest =
-            self.plate.as_ref().and_then(|plate| plate.histogram.range).map_or(1.0, |range| range[0]);
+        let nearest = self
+            .plate
+            .as_ref()
+            .and_then(|plate| plate.distances().histogram.range)
+            .map_or(1.0, |range| range[0]);
         let dioptres = 1.0 / values.focus_m + 0.01 * steps / nearest;
         self.change(Quantity::FocusDistance, if dioptres > 1e-9 { 1.0 / dioptres } else { f64::INFINITY });
     }

@@ -429,7 +429,9 @@ impl App {
         });
         let hurry = self.playing.is_some() || ctx.input(|input| input.pointer.any_down());
         let reference = self.references.now.clone().filter(|_| self.look.shows(View::Difference));
-        self.engine.ask(Ask { plate, takes, hurry, reference });
+        let camera = takes[self.front()].as_ref().and_then(|take| take.camera.as_ref());
+        let half_width = camera.map(|camera| camera.half_width_tangent());
+        self.engine.ask(Ask { plate, takes, half_width, hurry, reference });
     }
 
     /// Goes on while the shot plays, in real time: frames that come late are left out.

@@ -3,6 +3,7 @@
 use super::App;
 use crate::engine::Reference;
 use crate::look::View;
+use pullfocus_core::Window;
 use pullfocus_io::sequence::Pattern;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,15 +15,22 @@ pub struct References {
     /// What there is.
     pub now: Option<Arc<Reference>>,
     coming: Option<Coming>,
-    /// A sequence, and its file that was asked for last.
-    sequence: Option<(Pattern, PathBuf)>,
+    followed: Option<Followed>,
+}
+
+/// Where references come from, and what was asked for last.
+struct Followed {
+    /// A sequence; none for one picture, which lies elsewhere beside each data window.
+    pattern: Option<Pattern>,
+    file: PathBuf,
+    data: Option<Window>,
 }
 
 /// A reference that is being read.
 struct Coming {
     receiver: Receiver<Result<Reference, String>>,
-    /// The user has opened it: the sequence that it is of, if it is of one. Else it is the next frame of the one that is open.
-    opened: Option<Option<(Pattern, PathBuf)>>,
+    /// Where it comes from, if the user has opened it; else it is the next one from there.
+    opened: Option<Followed>,
 }
 
 impl References {
@@ -33,7 +41,7 @@ impl References {
 
     /// Frames of another file have other references.
     pub fn stay_behind(&mut self) {
-        (self.coming, self.sequence) = (None, None);
+        (self.coming, self.followed) = (None, None);
     }
 }
 
@@ -41,26 +49,29 @@ impl App {
     /// Opens a picture to compare with, or a sequence (`ref.####.exr`), whose frames go with those that are looked at.
     pub fn open_reference(&mut self, path: &Path) {
         let pattern = Pattern::parse(path).ok().flatten().filter(|_| !path.exists());
-        let sequence = pattern.map(|pattern| {
-            let file = pattern.file(self.frame_number());
-            (pattern, file)
-        });
-        let file = sequence.as_ref().map_or_else(|| path.to_owned(), |(_, file)| file.clone());
-        self.read_reference(&file, Some(sequence));
+        let file =
+            pattern.as_ref().map_or_else(|| path.to_owned(), |pattern| pattern.file(self.frame_number()));
+        let data = self.plate.as_ref().map(|plate| plate.scene.frame.data);
+        self.read_reference(&file.clone(), Some(Followed { pattern, file, data }));
     }
 
     /// Goes on to the reference of the frame in front.
     pub(super) fn follow_reference(&mut self) {
-        let (frame, is_calm) = (self.plate_frame, !self.references.are_coming() && self.playing.is_none());
-        let Some((pattern, known)) = self.references.sequence.as_mut().filter(|_| is_calm) else { return };
-        let file = pattern.file(frame);
-        if *known != file {
-            known.clone_from(&file);
+        let is_calm = !self.references.are_coming() && self.playing.is_none();
+        let Some(data) = self.plate.as_ref().filter(|_| is_calm).map(|plate| plate.scene.frame.data) else {
+            return;
+        };
+        let frame = self.plate_frame;
+        let Some(followed) = &mut self.references.followed else { return };
+        let file =
+            followed.pattern.as_ref().map_or_else(|| followed.file.clone(), |pattern| pattern.file(frame));
+        if followed.file != file || followed.data != Some(data) {
+            (followed.file, followed.data) = (file.clone(), Some(data));
             self.read_reference(&file, None);
         }
     }
 
-    fn read_reference(&mut self, path: &Path, opened: Option<Option<(Pattern, PathBuf)>>) {
+    fn read_reference(&mut self, path: &Path, opened: Option<Followed>) {
         let (sender, receiver) = mpsc::channel();
         let ((device, queue), path, ctx) = (self.device.clone(), path.to_owned(), self.ctx.clone());
         let plate = self.plate.clone();
@@ -90,8 +101,8 @@ impl App {
         match (read, coming.opened) {
             (Ok(reference), opened) => {
                 self.references.now = Some(Arc::new(reference));
-                if let Some(sequence) = opened {
-                    self.references.sequence = sequence;
+                if let Some(followed) = opened {
+                    self.references.followed = Some(followed);
                     if !self.look.shows(View::Reference) && !self.look.shows(View::Difference) {
                         self.look.left = View::Difference;
                     }

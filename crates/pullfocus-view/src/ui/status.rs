@@ -26,7 +26,9 @@ impl App {
             }
             if ui
                 .button("Render…")
-                .on_hover_text("Render the shot, or a picture sequence or movie of what is seen, to files.")
+                .on_hover_text(
+                    "Render the shot, pictures or a movie of the result, or the moving lens, to files.",
+                )
                 .clicked()
             {
                 self.windows.export = true;
@@ -137,9 +139,9 @@ impl App {
         ui.heading("Pixel");
         let Some(plate) = self.plate.clone() else { return };
         let units = self.look.units();
-        let (size, frame) = (plate.size(), self.frame_number());
+        let frame = self.frame_number();
         // The pointer was over the frame before, which may have been larger.
-        let hovered = self.hovered.filter(|([x, y], _)| *x < size.width && *y < size.height);
+        let hovered = self.hovered.filter(|(at, _)| plate.has_pixel(*at));
         let side = hovered.map_or(self.front(), |(_, side)| side);
         let take = self.document.take(side, &plate, frame).ok();
         let curve = take.and_then(|take| take.curve(&plate.scene.frame));
@@ -153,7 +155,8 @@ impl App {
         if let Some(([x, y], side)) = hovered {
             let color: Vec<String> =
                 plate.colors_at(x, y).into_iter().map(|value| format!("{value:.3}")).collect();
-            rows[0].1 = format!("{x}, {y}");
+            let [column, row] = plate.coordinates([x, y]);
+            rows[0].1 = format!("{column}, {row}");
             rows[1].1 = color.join(" ");
             let probe = Probe { side, at: [x, y] };
             self.engine.probe(probe.clone());
@@ -168,7 +171,7 @@ impl App {
             }
             if let Some(curve) = curve {
                 let circle = if plate.has_coc {
-                    curve.adjust(f64::from(plate.depth.at(x, y)))
+                    curve.adjust(f64::from(plate.distances().plane.at(x, y)))
                 } else {
                     curve.diameter(depth.unwrap_or(f64::INFINITY))
                 };
@@ -188,7 +191,8 @@ impl App {
     /// How much of the picture is how far away, and what of it is in focus.
     fn histogram(&mut self, ui: &mut Ui) {
         let Some(plate) = self.plate.clone() else { return };
-        let histogram = &plate.histogram;
+        let distances = plate.distances();
+        let histogram = &distances.histogram;
         if histogram.range.is_none() {
             return;
         }

@@ -102,8 +102,8 @@ impl App {
                 ),
                 (
                     What::Pictures,
-                    "What is seen, as pictures",
-                    "With this exposure and display transform, as PNG files.",
+                    "The result, as pictures",
+                    "As the screen shows it: this exposure and display transform. PNG files of the take that is looked at.",
                 ),
                 (
                     What::Camera,
@@ -112,8 +112,8 @@ impl App {
                 ),
                 (
                     What::Movie,
-                    "What is seen, as a movie",
-                    "To send round. It is made by ffmpeg, if that is installed.",
+                    "The result, as a movie",
+                    "As the screen shows it: this exposure and display transform. To send round; ffmpeg makes it, if that is installed.",
                 ),
             ] {
                 ui.radio_value(&mut draft.what, what, name).on_hover_text(hint);
@@ -122,8 +122,8 @@ impl App {
                 let label = ui.label("To");
                 let hint = match draft.what {
                     What::Shot => "out/shot.####.exr",
-                    What::Pictures => "out/seen.####.png",
-                    What::Movie => "seen.mp4",
+                    What::Pictures => "out/result.####.png",
+                    What::Movie => "result.mp4",
                     What::Camera => "camera.usda, camera.csv",
                 };
                 let field =

@@ -104,16 +104,6 @@ fn lost(choice: Choice) {
     assert_eq!(focus(&window), DEPTHS[2]);
 }
 
-/// A program in the encoder's place.
-#[cfg(unix)]
-fn script(folder: &Path, name: &str, text: &str) -> std::path::PathBuf {
-    use std::os::unix::fs::PermissionsExt;
-    let path = folder.join(name);
-    fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
-    path
-}
-
 #[cfg(not(unix))]
 fn a_movie_is_whole_or_not_there() {}
 

@@ -6,6 +6,7 @@ mod color;
 mod ends;
 mod files;
 mod flows;
+mod frames;
 mod kept;
 mod pictures;
 mod window;
@@ -23,7 +24,8 @@ fn main() {
         eprintln!("PULLFOCUS_TEST_GPU=required, and there is no adapter");
         std::process::exit(101);
     }
-    let all = [color::TESTS, flows::TESTS, pictures::TESTS, files::TESTS, ends::TESTS, kept::TESTS];
+    let all =
+        [color::TESTS, flows::TESTS, pictures::TESTS, files::TESTS, frames::TESTS, ends::TESTS, kept::TESTS];
     let tests = all.into_iter().flatten();
     let trials = tests
         .map(|&(name, test)| {

@@ -173,3 +173,13 @@ pub fn contrast(window: &mut Window, pixel: [f32; 2]) -> f64 {
 pub fn focus(window: &Window) -> f64 {
     window.state().lens_values().expect("a lens").focus_m
 }
+
+/// A program in the encoder's place.
+#[cfg(unix)]
+pub fn script(folder: &Path, name: &str, text: &str) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+    let path = folder.join(name);
+    std::fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    path
+}
