@@ -118,6 +118,10 @@ impl App {
             ] {
                 ui.radio_value(&mut draft.what, what, name).on_hover_text(hint);
             }
+            let [shot, other] = &self.document.takes;
+            // Its place is kept, so that nothing moves with the choice.
+            let is_other = self.front() == 1 && shot != other && matches!(draft.what, What::Shot | What::Camera);
+            ui.label(if is_other { "This is take A's; B to A makes the take in front the shot." } else { "" });
             ui.horizontal(|ui| {
                 let label = ui.label("To");
                 let hint = match draft.what {
