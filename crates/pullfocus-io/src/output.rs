@@ -10,7 +10,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, PersistError};
 
 /// What to do where the output's name is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -176,7 +176,9 @@ impl PendingFile {
         file.as_file().sync_all().map_err(|error| FileError::io(&target, "bring to the disk", error))?;
         let renamed = match existing {
             Existing::Replace => file.persist(&target),
-            Existing::Refuse | Existing::Keep => file.persist_noclobber(&target),
+            Existing::Refuse | Existing::Keep => {
+                persist_new(file, &target, |file, target| file.persist_noclobber(target))
+            }
         };
         match renamed {
             Ok(_) => {
@@ -192,6 +194,30 @@ impl PendingFile {
             Err(error) => Err(FileError::io(&target, "rename the finished file to", error.error)),
         }
     }
+}
+
+/// Gives the file a name that nobody has, by `at_once`; where the file system can do nothing of that kind (neither
+/// rename without replacing nor link), by way of an empty file, which takes the name first and is then replaced.
+fn persist_new(
+    file: NamedTempFile,
+    target: &Path,
+    at_once: fn(NamedTempFile, &Path) -> Result<File, PersistError>,
+) -> Result<File, PersistError> {
+    let refused = match at_once(file, target) {
+        Err(refused) if refused.error.kind() != io::ErrorKind::AlreadyExists => refused,
+        done => return done,
+    };
+    let free = fs::symlink_metadata(target).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+    if !free {
+        return Err(refused);
+    }
+    // Fails where the name was taken just now.
+    if let Err(error) = File::create_new(target) {
+        return Err(PersistError { error, file: refused.file });
+    }
+    refused.file.persist(target).inspect_err(|_| {
+        let _ = fs::remove_file(target);
+    })
 }
 
 impl Write for PendingFile {
@@ -259,4 +285,50 @@ fn is_stale(path: &Path, age: Duration) -> bool {
             // No locks here: only the age is left to tell, so it must be a long one.
             Err(TryLockError::Error(_)) => age >= STALE_AFTER,
         }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file system that can only rename.
+    fn cannot(file: NamedTempFile, _: &Path) -> Result<File, PersistError> {
+        Err(PersistError { error: io::ErrorKind::PermissionDenied.into(), file })
+    }
+
+    fn temporary(folder: &Path) -> NamedTempFile {
+        let mut file = NamedTempFile::new_in(folder).unwrap();
+        file.write_all(b"ours").unwrap();
+        file
+    }
+
+    #[test]
+    fn a_file_system_that_can_only_rename_gets_whole_files_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.exr");
+        persist_new(temporary(folder.path()), &target, cannot).unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"ours");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_name_that_is_taken_stays_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.exr");
+        fs::write(&target, "theirs").unwrap();
+        for at_once in [cannot, |file: NamedTempFile, to: &Path| file.persist_noclobber(to)] {
+            assert!(persist_new(temporary(folder.path()), &target, at_once).is_err());
+            assert_eq!(fs::read(&target).unwrap(), b"theirs");
+        }
+    }
+
+    #[test]
+    fn a_rename_that_fails_leaves_no_placeholder() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.exr");
+        let file = temporary(folder.path());
+        fs::remove_file(file.path()).unwrap();
+        assert!(persist_new(file, &target, cannot).is_err());
+        assert!(!target.exists());
+    }
 }
