@@ -80,14 +80,7 @@ pub fn check_target<P: AsRef<Path>>(
             "this is not an ordinary file; results are written under a temporary name and renamed",
         );
     }
-    for input in inputs {
-        // An input that is missing is somebody else's error.
-        if same_file::is_same_file(target, input.as_ref()).unwrap_or(false) {
-            return refuse(
-                "this is one of the inputs, and inputs are never overwritten; choose another name",
-            );
-        }
-    }
+    refuse_input(target, inputs)?;
     match existing {
         Existing::Refuse => Err(FileError::Exists { file: target.to_owned() }),
         Existing::Replace => Ok(Need::Make),
@@ -96,6 +89,21 @@ pub fn check_target<P: AsRef<Path>>(
         }
         Existing::Keep => Ok(Need::Finished),
     }
+}
+
+/// Refuses a `target` that is one of `inputs`, by whatever path, link or spelling.
+///
+/// # Errors
+/// [`FileError::Argument`].
+pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> FileResult<()> {
+    // An input that is missing is somebody else's error.
+    if inputs.into_iter().any(|input| same_file::is_same_file(target, input).unwrap_or(false)) {
+        return Err(FileError::Argument {
+            what: target.display().to_string(),
+            reason: "this is one of the inputs, and inputs are never overwritten; choose another name".into(),
+        });
+    }
+    Ok(())
 }
 
 fn folder_of(target: &Path) -> &Path {
@@ -110,7 +118,27 @@ fn folder_of(target: &Path) -> &Path {
 pub struct PendingFile {
     target: PathBuf,
     existing: Existing,
-    file: BufWriter<NamedTempFile>,
+    file: BufWriter<Temporary>,
+}
+
+/// The file itself is written to: `NamedTempFile` would put its temporary name into errors.
+#[derive(Debug)]
+struct Temporary(NamedTempFile);
+
+impl Write for Temporary {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.as_file_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.as_file_mut().flush()
+    }
+}
+
+impl Seek for Temporary {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.as_file_mut().seek(to)
+    }
 }
 
 impl PendingFile {
@@ -149,7 +177,7 @@ impl PendingFile {
             // Where that is not allowed, the file gets the permissions of a new one.
             let _ = file.as_file().set_permissions(meta.permissions());
         }
-        Ok(Self { target, existing, file: BufWriter::with_capacity(1 << 18, file) })
+        Ok(Self { target, existing, file: BufWriter::with_capacity(1 << 18, Temporary(file)) })
     }
 
     /// The name that the file will have.
@@ -159,7 +187,7 @@ impl PendingFile {
 
     /// The name that it has until then.
     pub fn temporary(&self) -> &Path {
-        self.file.get_ref().path()
+        self.file.get_ref().0.path()
     }
 
     /// Brings the content to the disk and gives the file its name.
@@ -172,7 +200,8 @@ impl PendingFile {
     /// temporary file is gone then, and what had the name before still has it.
     pub fn commit(self) -> FileResult<bool> {
         let Self { target, existing, file } = self;
-        let file = file.into_inner().map_err(|error| FileError::io(&target, "write", error.into_error()))?;
+        let Temporary(file) =
+            file.into_inner().map_err(|error| FileError::io(&target, "write", error.into_error()))?;
         file.as_file().sync_all().map_err(|error| FileError::io(&target, "bring to the disk", error))?;
         let renamed = match existing {
             Existing::Replace => file.persist(&target),
