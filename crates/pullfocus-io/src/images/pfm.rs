@@ -86,6 +86,8 @@ pub(super) fn read(source: &Source<'_>, mut reader: impl Read) -> FileResult<Sam
         alpha: Alpha::None,
         data: Data::F32(data),
         orientation: 1,
+        profile: None,
+        notes: Vec::new(),
     })
 }
 
