@@ -1,4 +1,4 @@
-//! Colour profiles: noted, and handed on into files of which they say the same.
+//! What is noted of a file: colour profiles, which go along where they say the same of the result, and more.
 
 use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -122,4 +122,17 @@ fn what_cannot_stand_beside_rgb_stays_behind_and_srgb_is_no_news() {
     write(&path("plain.png"), ExtendedColorType::Rgb8, profile(b"RGB ", "sRGB IEC61966-2.1"));
     let image = read(&path("plain.png"));
     assert_eq!((image.profile, image.notes.len()), (None, 0));
+}
+
+#[test]
+fn what_else_is_not_used_is_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.pfm");
+    for (scale, noted) in [("-2.5", true), ("-1.0", false)] {
+        let mut bytes = format!("Pf\n1 1\n{scale}\n").into_bytes();
+        bytes.extend(0.5f32.to_le_bytes());
+        std::fs::write(&path, bytes).unwrap();
+        let notes = read(&path).notes;
+        assert_eq!(notes.iter().any(|note| note.contains("scale of 2.5")), noted, "{notes:?}");
+    }
 }

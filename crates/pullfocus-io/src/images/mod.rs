@@ -164,7 +164,11 @@ pub fn read_picture(path: &Path, limits: &Limits) -> FileResult<Picture> {
 /// # Errors
 /// [`FileError`]: what is wrong with the file, and what to do.
 pub fn read_depth(path: &Path, limits: &Limits) -> FileResult<DepthMap> {
-    read(path, limits)?.to_depth()
+    let samples = read(path, limits)?;
+    for note in &samples.notes {
+        tracing::info!("{}: {note}", path.display());
+    }
+    samples.to_depth()
 }
 
 fn open(path: &Path) -> FileResult<File> {
