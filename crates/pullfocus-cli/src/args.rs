@@ -94,7 +94,8 @@ A table has a line for each frame: focus distance, f-stop, focal length, sensor
 width, field of view, aperture diameter, and from where to where it is sharp
 (--sharp). A USD layer has one camera, in centimetres and millimetres, with
 values at each frame. What the keys leave out is the shot's, the command line's,
-or what the first frame's file says.
+or what each frame's own file says; a frame without a file has the lens of the
+one before, and before the first file that of the first.
 
 Examples:
   pullfocus camera pull.toml -o pull.csv
@@ -322,6 +323,9 @@ pub struct CameraArgs {
     /// The lens
     #[command(flatten)]
     pub lens: Lens,
+    /// Lift the limits on what a file may ask for, for files that one trusts
+    #[arg(long)]
+    pub allow_large_files: bool,
     /// Replace OUT if it is already there
     #[arg(long)]
     pub overwrite: bool,
@@ -336,6 +340,9 @@ pub struct InspectArgs {
     /// Files to look into
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
+    /// Lift the limits on what a file may ask for, for files that one trusts
+    #[arg(long)]
+    pub allow_large_files: bool,
     /// One JSON document on standard output, for machines
     #[arg(long)]
     pub json: bool,
@@ -351,6 +358,9 @@ pub struct CompareArgs {
     /// Write the difference as a picture (FLIP's error map)
     #[arg(short, long, value_name = "DIFF.png")]
     pub output: Option<PathBuf>,
+    /// Lift the limits on what a file may ask for, for files that one trusts
+    #[arg(long)]
+    pub allow_large_files: bool,
     /// Replace DIFF.png if it is already there
     #[arg(long)]
     pub overwrite: bool,
@@ -362,9 +372,12 @@ pub struct CompareArgs {
 /// Arguments of `demo`.
 #[derive(Debug, Args)]
 pub struct DemoArgs {
-    /// Directory for the results; the demo's own files in it are replaced
+    /// Directory for the results; what an earlier demo wrote there is replaced
     #[arg(short, long, value_name = "DIR", default_value = "pullfocus-demo")]
     pub output: PathBuf,
+    /// Replace files of the same names that are not the demo's own
+    #[arg(long)]
+    pub overwrite: bool,
     /// Settings by name
     #[arg(long, value_name = "NAME", default_value = "final")]
     pub preset: pullfocus_job::options::PresetName,

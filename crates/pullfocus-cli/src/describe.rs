@@ -213,8 +213,12 @@ fn argument_in(convention: &str) -> Option<String> {
     })
 }
 
-/// As a shell takes it for one word.
-fn quoted(text: &str) -> String {
+/// As a shell of this system takes it for one word.
+pub fn quoted(text: &str) -> String {
+    if cfg!(windows) { quoted_for_windows(text) } else { quoted_for_unix(text) }
+}
+
+fn quoted_for_unix(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/._-+:@%=".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
         text.to_owned()
@@ -223,15 +227,32 @@ fn quoted(text: &str) -> String {
     }
 }
 
+/// `cmd.exe` hands single quotes on as they are. No file's name has a double quote there.
+fn quoted_for_windows(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || r"\/._-+:@".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        return text.to_owned();
+    }
+    // Backslashes before the closing quote would take its meaning away.
+    let last = text.len() - text.trim_end_matches('\\').len();
+    format!("\"{text}{}\"", r"\".repeat(last))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn words_survive_a_shell() {
-        assert_eq!(quoted("a/b_1.exr"), "a/b_1.exr");
-        assert_eq!(quoted("it's #1.exr"), r"'it'\''s #1.exr'");
-        assert_eq!(quoted(""), "''");
+        assert_eq!(quoted_for_unix("a/b_1.exr"), "a/b_1.exr");
+        assert_eq!(quoted_for_unix("it's #1.exr"), r"'it'\''s #1.exr'");
+        assert_eq!(quoted_for_unix(r"a\b"), r"'a\b'");
+        assert_eq!(quoted_for_unix(""), "''");
+        assert_eq!(quoted_for_windows(r"C:\shot\b_1.exr"), r"C:\shot\b_1.exr");
+        assert_eq!(quoted_for_windows(r"C:\my shot\it's.exr"), r#""C:\my shot\it's.exr""#);
+        assert_eq!(quoted_for_windows("a&b.exr"), "\"a&b.exr\"");
+        assert_eq!(quoted_for_windows(r"D:\my shot\"), r#""D:\my shot\\""#);
+        assert_eq!(quoted_for_windows(""), "\"\"");
     }
 
     #[test]

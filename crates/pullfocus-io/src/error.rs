@@ -5,6 +5,12 @@ use std::path::{Path, PathBuf};
 /// A result whose error is [`FileError`].
 pub type FileResult<T> = std::result::Result<T, FileError>;
 
+/// The way out where a limit is in the way.
+pub(crate) const RAISE_THE_LIMIT: &str = "if the file is meant to be that large, raise the limit";
+
+/// What stands in messages for a stream without a name.
+pub(crate) const OUTPUT: &str = "the output";
+
 /// Every way in which reading or writing a picture fails.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -39,7 +45,7 @@ pub enum FileError {
     },
     /// The file asks for more than the limits allow.
     #[error(
-        "{}: {what} is {found}, above the limit of {limit}; if the file is meant to be that large, raise the limit",
+        "{}: {what} is {found}, above the limit of {limit}; {RAISE_THE_LIMIT}",
         file.display()
     )]
     TooLarge {
@@ -100,6 +106,29 @@ impl FileError {
         Self::Damaged { file: file.as_ref().to_owned(), reason: reason.into() }
     }
 
+    /// Whether [`crate::Limits`] are in the way: for programs, which know how they are raised. The sentence ends with that.
+    pub fn asks_for_limits(&self) -> bool {
+        match self {
+            Self::TooLarge { .. } => true,
+            Self::Unsupported { instead, .. } => instead == RAISE_THE_LIMIT,
+            Self::Damaged { reason, .. } => reason.ends_with(RAISE_THE_LIMIT),
+            _ => false,
+        }
+    }
+
+    /// With the name of the file that was written to, where it went by "the output", as a stream has no name.
+    #[must_use]
+    pub fn of_output(self, path: &Path) -> Self {
+        let is_output = |file: &Path| file == Path::new(OUTPUT);
+        match self {
+            Self::Io { file, doing, source } if is_output(&file) => Self::io(path, doing, source),
+            Self::Unsupported { file, what, instead } if is_output(&file) => {
+                Self::unsupported(path, what, instead)
+            }
+            error => error,
+        }
+    }
+
     /// Something that cannot be used, and the way out.
     pub fn unsupported(file: impl AsRef<Path>, what: impl Into<String>, instead: impl Into<String>) -> Self {
         Self::Unsupported { file: file.as_ref().to_owned(), what: what.into(), instead: instead.into() }
@@ -115,5 +144,29 @@ impl FileError {
         } else {
             Err(Self::TooLarge { file: file.as_ref().to_owned(), what, found, limit })
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stream_gets_its_files_name() {
+        let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
+        let named = FileError::io(OUTPUT, "write", full()).of_output(Path::new("a/out.exr")).to_string();
+        assert!(named.starts_with("a/out.exr: cannot write"), "{named}");
+        let other = FileError::io("in.exr", "read", full()).of_output(Path::new("a/out.exr")).to_string();
+        assert!(other.starts_with("in.exr: cannot read"), "{other}");
+    }
+
+    #[test]
+    fn limits_are_known_by_their_errors() {
+        let large = FileError::check_limit("a.exr", "the number of pixels", 9, 8).unwrap_err();
+        let decoder = FileError::unsupported("a.tif", "it is large", RAISE_THE_LIMIT);
+        for error in [large, decoder] {
+            assert!(error.asks_for_limits() && error.to_string().ends_with("raise the limit"), "{error}");
+        }
+        assert!(!FileError::damaged("a.exr", "cut short").asks_for_limits());
     }
 }

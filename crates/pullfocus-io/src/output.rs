@@ -10,7 +10,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, PersistError};
 
 /// What to do where the output's name is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -80,14 +80,7 @@ pub fn check_target<P: AsRef<Path>>(
             "this is not an ordinary file; results are written under a temporary name and renamed",
         );
     }
-    for input in inputs {
-        // An input that is missing is somebody else's error.
-        if same_file::is_same_file(target, input.as_ref()).unwrap_or(false) {
-            return refuse(
-                "this is one of the inputs, and inputs are never overwritten; choose another name",
-            );
-        }
-    }
+    refuse_input(target, inputs)?;
     match existing {
         Existing::Refuse => Err(FileError::Exists { file: target.to_owned() }),
         Existing::Replace => Ok(Need::Make),
@@ -96,6 +89,21 @@ pub fn check_target<P: AsRef<Path>>(
         }
         Existing::Keep => Ok(Need::Finished),
     }
+}
+
+/// Refuses a `target` that is one of `inputs`, by whatever path, link or spelling.
+///
+/// # Errors
+/// [`FileError::Argument`].
+pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> FileResult<()> {
+    // An input that is missing is somebody else's error.
+    if inputs.into_iter().any(|input| same_file::is_same_file(target, input).unwrap_or(false)) {
+        return Err(FileError::Argument {
+            what: target.display().to_string(),
+            reason: "this is one of the inputs, and inputs are never overwritten; choose another name".into(),
+        });
+    }
+    Ok(())
 }
 
 fn folder_of(target: &Path) -> &Path {
@@ -110,7 +118,27 @@ fn folder_of(target: &Path) -> &Path {
 pub struct PendingFile {
     target: PathBuf,
     existing: Existing,
-    file: BufWriter<NamedTempFile>,
+    file: BufWriter<Temporary>,
+}
+
+/// The file itself is written to: `NamedTempFile` would put its temporary name into errors.
+#[derive(Debug)]
+struct Temporary(NamedTempFile);
+
+impl Write for Temporary {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.as_file_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.as_file_mut().flush()
+    }
+}
+
+impl Seek for Temporary {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.as_file_mut().seek(to)
+    }
 }
 
 impl PendingFile {
@@ -149,7 +177,7 @@ impl PendingFile {
             // Where that is not allowed, the file gets the permissions of a new one.
             let _ = file.as_file().set_permissions(meta.permissions());
         }
-        Ok(Self { target, existing, file: BufWriter::with_capacity(1 << 18, file) })
+        Ok(Self { target, existing, file: BufWriter::with_capacity(1 << 18, Temporary(file)) })
     }
 
     /// The name that the file will have.
@@ -159,7 +187,7 @@ impl PendingFile {
 
     /// The name that it has until then.
     pub fn temporary(&self) -> &Path {
-        self.file.get_ref().path()
+        self.file.get_ref().0.path()
     }
 
     /// Brings the content to the disk and gives the file its name.
@@ -172,11 +200,14 @@ impl PendingFile {
     /// temporary file is gone then, and what had the name before still has it.
     pub fn commit(self) -> FileResult<bool> {
         let Self { target, existing, file } = self;
-        let file = file.into_inner().map_err(|error| FileError::io(&target, "write", error.into_error()))?;
+        let Temporary(file) =
+            file.into_inner().map_err(|error| FileError::io(&target, "write", error.into_error()))?;
         file.as_file().sync_all().map_err(|error| FileError::io(&target, "bring to the disk", error))?;
         let renamed = match existing {
             Existing::Replace => file.persist(&target),
-            Existing::Refuse | Existing::Keep => file.persist_noclobber(&target),
+            Existing::Refuse | Existing::Keep => {
+                persist_new(file, &target, |file, target| file.persist_noclobber(target))
+            }
         };
         match renamed {
             Ok(_) => {
@@ -192,6 +223,30 @@ impl PendingFile {
             Err(error) => Err(FileError::io(&target, "rename the finished file to", error.error)),
         }
     }
+}
+
+/// Gives the file a name that nobody has, by `at_once`; where the file system can do nothing of that kind (neither
+/// rename without replacing nor link), by way of an empty file, which takes the name first and is then replaced.
+fn persist_new(
+    file: NamedTempFile,
+    target: &Path,
+    at_once: fn(NamedTempFile, &Path) -> Result<File, PersistError>,
+) -> Result<File, PersistError> {
+    let refused = match at_once(file, target) {
+        Err(refused) if refused.error.kind() != io::ErrorKind::AlreadyExists => refused,
+        done => return done,
+    };
+    let free = fs::symlink_metadata(target).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+    if !free {
+        return Err(refused);
+    }
+    // Fails where the name was taken just now.
+    if let Err(error) = File::create_new(target) {
+        return Err(PersistError { error, file: refused.file });
+    }
+    refused.file.persist(target).inspect_err(|_| {
+        let _ = fs::remove_file(target);
+    })
 }
 
 impl Write for PendingFile {
@@ -259,4 +314,50 @@ fn is_stale(path: &Path, age: Duration) -> bool {
             // No locks here: only the age is left to tell, so it must be a long one.
             Err(TryLockError::Error(_)) => age >= STALE_AFTER,
         }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file system that can only rename.
+    fn cannot(file: NamedTempFile, _: &Path) -> Result<File, PersistError> {
+        Err(PersistError { error: io::ErrorKind::PermissionDenied.into(), file })
+    }
+
+    fn temporary(folder: &Path) -> NamedTempFile {
+        let mut file = NamedTempFile::new_in(folder).unwrap();
+        file.write_all(b"ours").unwrap();
+        file
+    }
+
+    #[test]
+    fn a_file_system_that_can_only_rename_gets_whole_files_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.exr");
+        persist_new(temporary(folder.path()), &target, cannot).unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"ours");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_name_that_is_taken_stays_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.exr");
+        fs::write(&target, "theirs").unwrap();
+        for at_once in [cannot, |file: NamedTempFile, to: &Path| file.persist_noclobber(to)] {
+            assert!(persist_new(temporary(folder.path()), &target, at_once).is_err());
+            assert_eq!(fs::read(&target).unwrap(), b"theirs");
+        }
+    }
+
+    #[test]
+    fn a_rename_that_fails_leaves_no_placeholder() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.exr");
+        let file = temporary(folder.path());
+        fs::remove_file(file.path()).unwrap();
+        assert!(persist_new(file, &target, cannot).is_err());
+        assert!(!target.exists());
+    }
 }

@@ -92,7 +92,21 @@ impl From<pullfocus_io::FileError> for Failure {
             pullfocus_io::FileError::Exists { .. } => Self::failed(format!(
                 "{error}; --overwrite replaces it, --resume keeps it and does what is missing"
             )),
+            error if error.asks_for_limits() => Self::failed(format!("{error} with --allow-large-files")),
             error => Self::Failed(error.into()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limits_option_is_named() {
+        let error = FileError::check_limit("a.exr", "the number of pixels", 9, 8).unwrap_err();
+        let failure = Failure::from(error);
+        assert!(failure.to_string().ends_with("raise the limit with --allow-large-files"), "{failure}");
+        assert_eq!(failure.exit_code(), 1);
     }
 }

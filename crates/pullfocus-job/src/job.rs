@@ -4,17 +4,18 @@ use crate::camera::{self, FileCamera};
 use crate::config::Options;
 use crate::failure::{Failure, Result};
 use crate::frames::{self, FrameFiles};
-use crate::options::{BitsName, Lens, StorageName};
+use crate::options::{Lens, StorageName};
 use crate::purpose::Purpose;
 use crate::settings;
 use crate::shot;
 use crate::storage;
 use crate::threads::check_threads;
+use crate::values::Shape;
 use pullfocus::Device;
 use pullfocus_core::pull::Pull;
 use pullfocus_core::{DepthDecoding, Settings, Storage};
 use pullfocus_io::images::Bits;
-use pullfocus_io::output::Existing;
+use pullfocus_io::output::{Existing, refuse_input};
 use pullfocus_io::{Limits, Selection};
 
 /// A validated job.
@@ -125,11 +126,7 @@ impl Job {
             cover_display: false,
             without_depth: false,
         };
-        let bits = files.bits.map(|bits| match bits {
-            BitsName::Eight => Bits::Eight,
-            BitsName::Sixteen => Bits::Sixteen,
-            BitsName::Float => Bits::Float,
-        });
+        let bits = files.bits.map(Bits::from);
         let frames = frames::find(options, purpose)?;
         if purpose != Purpose::View {
             // A pull that is being made may not fit yet.
@@ -139,6 +136,12 @@ impl Job {
             storage::check_output(&frame.output, bits)?;
             if let Some(preview) = &frame.preview_png {
                 storage::check_preview(preview)?;
+            }
+            if let Some(Shape::Image(shape)) = &blur.aperture {
+                // It is no frame's own file, but an input all the same.
+                for output in std::iter::once(&frame.output).chain(&frame.preview_png) {
+                    refuse_input(output, [shape])?;
+                }
             }
         }
         Ok(Self {
@@ -155,11 +158,7 @@ impl Job {
                 (_, Some(true)) => Existing::Keep,
                 _ => Existing::Refuse,
             },
-            limits: if files.allow_large_files == Some(true) {
-                storage::NO_LIMITS
-            } else {
-                Limits::default()
-            },
+            limits: storage::limits(files.allow_large_files == Some(true)),
             storage: match blur.gpu_storage {
                 Some(StorageName::F16) => Storage::Half,
                 Some(StorageName::F32) | None => Storage::Full,

@@ -100,7 +100,7 @@ fn load_single(
         ..job.selection.clone()
     };
     let mut loaded = storage::load(input, &selection, &job.limits, cancel)?;
-    note_camera(&loaded, warnings);
+    note_reading(&loaded, warnings);
     let distance = match (loaded.coc.take(), &files.depth_file, loaded.depth.take()) {
         (Some(coc), _, _) => (coc, input.as_path()),
         (None, Some(file), _) => {
@@ -155,7 +155,7 @@ fn load_layers(
     };
     let frame = target.as_ref().map_or(far.frame, |target| target.frame);
     let main = files.input.as_deref().unwrap_or(behind);
-    note_camera(target.as_ref().unwrap_or(&far), warnings);
+    note_reading(target.as_ref().unwrap_or(&far), warnings);
     let mut found = target.as_ref().map_or_else(FoundCamera::default, |target| target.camera.clone());
     for other in [&far.camera, &near.camera] {
         fill(&mut found, other);
@@ -275,8 +275,8 @@ fn note_nothing(depth: &NamedPlane, path: &Path, decoding: DepthDecoding, warnin
     }
 }
 
-fn note_camera(loaded: &Loaded, warnings: &mut Vec<String>) {
-    warnings.extend(loaded.camera.notes.iter().map(|note| format!("{}: {note}", loaded.path.display())));
+fn note_reading(loaded: &Loaded, warnings: &mut Vec<String>) {
+    warnings.extend(loaded.notes().map(|note| format!("{}: {note}", loaded.path.display())));
 }
 
 /// What a frame's camera came to.

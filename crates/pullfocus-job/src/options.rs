@@ -2,6 +2,7 @@
 
 use crate::values::{DeviceChoice, Label, Largest, Names, Number, Range, Shape, Shown, Unit};
 use clap::ValueEnum;
+use pullfocus_io::images::Bits;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -77,7 +78,7 @@ options! {
         bits: BitsName,
         /// Which frames of a sequence: 1001-1100, 1001-1100x2, 1,5,9. One picture is held for these frames, with OUT
         /// written `frame.####.exr`.
-        #[arg(long, value_name = "RANGE", help_heading = "Files")]
+        #[arg(long, value_name = "RANGE", allow_hyphen_values = true, help_heading = "Files")]
         frames: Label,
         /// Part of an OpenEXR file, by name or by number from 0.
         #[arg(long, value_name = "PART", help_heading = "Files")]
@@ -344,6 +345,16 @@ pub enum BitsName {
     Sixteen,
     /// Floats, linear
     Float,
+}
+
+impl From<BitsName> for Bits {
+    fn from(name: BitsName) -> Self {
+        match name {
+            BitsName::Eight => Self::Eight,
+            BitsName::Sixteen => Self::Sixteen,
+            BitsName::Float => Self::Float,
+        }
+    }
 }
 
 impl FromStr for BitsName {

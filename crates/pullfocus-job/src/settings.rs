@@ -225,7 +225,16 @@ fn bokeh(blur: &Blur) -> Result<Option<Bokeh>> {
 /// How much light a picture of an aperture lets through: the mean of its colours, as far as it is not transparent.
 fn mask(file: &Path) -> Result<Mask> {
     let limits = Limits { max_pixels: (MOST_MASK_SIDE * MOST_MASK_SIDE) as u64, ..Limits::default() };
-    let picture = pullfocus_io::images::read_picture(file, &limits)?;
+    let picture = pullfocus_io::images::read_picture(file, &limits).map_err(|error| {
+        if error.asks_for_limits() {
+            Failure::usage(format!(
+                "{}: a picture of an aperture has {MOST_MASK_SIDE} x {MOST_MASK_SIDE} pixels at most; make it smaller",
+                file.display()
+            ))
+        } else {
+            error.into()
+        }
+    })?;
     let size = picture.size();
     let share = 1.0 / picture.colors.len().max(1) as f32;
     let value = |i: usize| picture.colors.iter().map(|plane| plane.data()[i]).sum::<f32>() * share;

@@ -17,10 +17,25 @@ pub fn under(file: Pull, flags: &Lens) -> Pull {
         focal_length_mm: key.focal_length_mm.filter(|_| focal_length.is_none()),
         ..key
     });
+    saying(keys)
+}
+
+/// The keys that say anything.
+fn saying(keys: impl Iterator<Item = Key>) -> Pull {
     let says =
         |key: &Key| key.focus_distance_m.is_some() || key.f_stop.is_some() || key.focal_length_mm.is_some();
     // The frames are as they were, so nothing can be refused.
     Pull::new(keys.filter(says).collect()).unwrap_or_default()
+}
+
+/// Whether keys say how long the lens is.
+pub fn has_focal_length(keys: &Pull) -> bool {
+    keys.keys().iter().any(|key| key.focal_length_mm.is_some())
+}
+
+/// The keys without how long the lens is; those that say nothing any more are gone.
+pub fn without_focal_length(keys: Pull) -> Pull {
+    saying(Vec::from(keys).into_iter().map(|key: Key| Key { focal_length_mm: None, ..key }))
 }
 
 /// Refuses keys that do not go with the rest.
@@ -38,9 +53,22 @@ pub fn check(keys: &Pull, lens: &Lens, frames: &[FrameFiles]) -> Result<()> {
             frame.name()
         )));
     }
+    check_lens(keys, lens)
+}
+
+/// Refuses keys that say of the lens what is said already.
+///
+/// # Errors
+/// [`Failure::Usage`].
+pub fn check_lens(keys: &Pull, lens: &Lens) -> Result<()> {
     if lens.aperture_diameter.is_some() && keys.keys().iter().any(|key| key.f_stop.is_some()) {
         return Err(Failure::usage(
             "aperture-diameter and the keys' f-stop both say how wide the aperture is; give one of them",
+        ));
+    }
+    if lens.fov_x.is_some() && lens.sensor_width.is_some() && has_focal_length(keys) {
+        return Err(Failure::usage(
+            "fov-x, sensor-width and the keys' focal-length say one thing twice; give two of them at most",
         ));
     }
     Ok(())
@@ -128,5 +156,10 @@ mod tests {
         assert!(check(&Pull::default(), &Lens::default(), &[frame(None)]).is_ok());
         let wide = Lens { aperture_diameter: Some(Number(0.01)), ..Lens::default() };
         assert!(check(&pull(), &wide, &[frame(Some(1))]).is_err());
+        let angle = Lens { fov_x: Some(Number(30.0)), sensor_width: Some(Number(36.0)), ..Lens::default() };
+        let zoom = vec![Key { frame: 1.0, focal_length_mm: Some(50.0), ..Key::default() }];
+        let said = check(&Pull::new(zoom).unwrap(), &angle, &[frame(Some(1))]).unwrap_err().to_string();
+        assert!(said.contains("the keys' focal-length"), "{said}");
+        assert!(check(&pull(), &angle, &[frame(Some(1))]).is_ok());
     }
 }

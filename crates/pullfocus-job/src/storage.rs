@@ -4,7 +4,7 @@ use crate::draw::Canvas;
 use crate::failure::{Failure, Result};
 use pullfocus_core::{Cancel, Frame, Picture, Plane, Window};
 use pullfocus_io::exr::Contents;
-use pullfocus_io::images::{self, Bits, Encoding, Format, Stored};
+use pullfocus_io::images::{self, Bits, Encoding, Format, Image, Profile, Stored};
 use pullfocus_io::output::{Existing, PendingFile};
 use pullfocus_io::{
     AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType, Selection,
@@ -26,6 +26,11 @@ pub const NO_LIMITS: Limits = Limits {
     max_chunk_bytes: u64::MAX,
 };
 
+/// The usual limits, or none.
+pub fn limits(allow_large_files: bool) -> Limits {
+    if allow_large_files { NO_LIMITS } else { Limits::default() }
+}
+
 /// A file that was read.
 #[derive(Debug)]
 pub struct Loaded {
@@ -41,13 +46,23 @@ pub struct Loaded {
     pub coc: Option<NamedPlane>,
     /// What it says about its camera.
     pub camera: FoundCamera,
+    /// What files may ask for.
+    limits: Limits,
     origin: Origin,
 }
 
 #[derive(Debug)]
 enum Origin {
     Exr { document: Box<Document>, channels: Channels },
-    Image { names: Vec<String> },
+    Image { names: Vec<String>, stored: Stored, profile: Option<Profile>, notes: Vec<String> },
+}
+
+/// What numbers that were stored so need in an OpenEXR file: halves keep the codes of 8 bits apart, not those of 16.
+fn sample_type(stored: Stored) -> SampleType {
+    match stored {
+        Stored::Integer(..=8) => SampleType::Half,
+        Stored::Integer(_) | Stored::Float => SampleType::Float,
+    }
 }
 
 impl Loaded {
@@ -55,7 +70,7 @@ impl Loaded {
     pub fn channel_names(&self) -> Vec<String> {
         match &self.origin {
             Origin::Exr { channels, .. } => channels.all().map(|source| source.name.clone()).collect(),
-            Origin::Image { names } => names.clone(),
+            Origin::Image { names, .. } => names.clone(),
         }
     }
 
@@ -63,8 +78,39 @@ impl Loaded {
     pub fn color_count(&self) -> usize {
         match &self.origin {
             Origin::Exr { channels, .. } => channels.colors.len(),
-            Origin::Image { names } => names.iter().filter(|name| *name != "A").count(),
+            Origin::Image { names, .. } => names.iter().filter(|name| *name != "A").count(),
         }
+    }
+
+    /// What the user should know about how it was read, as clauses about "it", the file.
+    pub fn notes(&self) -> impl Iterator<Item = &String> {
+        let own: &[String] = match &self.origin {
+            Origin::Exr { .. } => &[],
+            Origin::Image { notes, .. } => notes,
+        };
+        self.camera.notes.iter().chain(own)
+    }
+
+    /// The colour profile that goes along.
+    fn profile(&self) -> Option<&Profile> {
+        match &self.origin {
+            Origin::Exr { .. } => None,
+            Origin::Image { profile, .. } => profile.as_ref(),
+        }
+    }
+
+    /// A sentence, where a picture that is not OpenEXR would lack some of its colours.
+    pub fn left_out(&self) -> Option<String> {
+        let names = self.channel_names();
+        let beyond = names.get(3..self.color_count()).filter(|beyond| !beyond.is_empty())?;
+        Some(format!(
+            "a picture that is not OpenEXR shows three colours ({}), so {} left out; write .exr to keep all, or choose with --channels",
+            names[..3].join(", "),
+            match beyond {
+                [one] => format!("{one} is"),
+                more => format!("{} are", more.join(", ")),
+            }
+        ))
     }
 
     /// The name of its depth or circle-of-confusion channel.
@@ -98,6 +144,7 @@ pub fn load(path: &Path, selection: &Selection, limits: &Limits, cancel: &Cancel
         depth: selected.depth,
         coc: selected.coc,
         camera: selected.camera,
+        limits: *limits,
         origin: Origin::Exr { document: Box::new(document), channels: selected.channels },
     })
 }
@@ -177,7 +224,7 @@ pub fn check_output(path: &Path, bits: Option<Bits>) -> Result<()> {
         return match bits {
             None => Ok(()),
             Some(_) => Err(Failure::usage(format!(
-                "{}: --bits is for other pictures; an OpenEXR file keeps the input's own types",
+                "{}: --bits is for other pictures; an OpenEXR file has the types of an OpenEXR input, and of others half floats for 8 bits and floats for more",
                 path.display()
             ))),
         };
@@ -209,10 +256,11 @@ pub fn save(
     existing: Existing,
 ) -> Result<()> {
     if !is_exr(output) {
-        images::save(
+        images::save_with_profile(
             output,
-            as_seen(picture, &target.frame)?.as_ref(),
+            as_seen(picture, &target.frame, &target.limits)?.as_ref(),
             Encoding::for_name(output, bits)?,
+            target.profile(),
             existing,
         )?;
         return Ok(());
@@ -223,17 +271,18 @@ pub fn save(
             if channels.alpha.is_none() {
                 picture.alpha = None;
             }
-            document.write_to(&mut pending, channels, picture)?;
+            document.write_to(&mut pending, channels, picture)
         }
-        Origin::Image { names } => {
+        Origin::Image { names, stored, .. } => {
             let planes: Vec<_> = names
                 .iter()
                 .zip(picture.planes())
-                .map(|(name, plane)| (name.as_str(), plane, SampleType::Half))
+                .map(|(name, plane)| (name.as_str(), plane, sample_type(*stored)))
                 .collect();
-            write_exr(&mut pending, &target.frame, &planes, &[])?;
+            write_exr(&mut pending, &target.frame, &planes, &[])
         }
     }
+    .map_err(|error| error.of_output(output))?;
     pending.commit()?;
     Ok(())
 }
@@ -258,7 +307,7 @@ pub fn save_with_coc(
     let names = target.channel_names();
     let kinds: Vec<SampleType> = match &target.origin {
         Origin::Exr { channels, .. } => channels.all().map(|source| source.sample_type).collect(),
-        Origin::Image { .. } => vec![SampleType::Half; names.len()],
+        Origin::Image { stored, .. } => vec![sample_type(*stored); names.len()],
     };
     let mut planes: Vec<(&str, &Plane, SampleType)> = names
         .iter()
@@ -270,17 +319,20 @@ pub fn save_with_coc(
     planes.push((COC_CHANNEL, coc, SampleType::Float));
     let note = "signed diameter of the circle of confusion in pixels, positive behind focus";
     let mut pending = PendingFile::create(output, existing)?;
-    write_exr(&mut pending, frame, &planes, &[(COC_ATTRIBUTE, AttributeValue::Text(note.into()))])?;
+    write_exr(&mut pending, frame, &planes, &[(COC_ATTRIBUTE, AttributeValue::Text(note.into()))])
+        .map_err(|error| error.of_output(output))?;
     pending.commit()?;
     Ok(())
 }
 
-/// Writes an 8-bit sRGB PNG of the result.
+/// Writes an 8-bit PNG of the result, with the curve of sRGB.
 ///
 /// # Errors
 /// As [`save`].
 pub fn save_preview(target: &Loaded, picture: &Picture, output: &Path, existing: Existing) -> Result<()> {
-    images::write_png(output, as_seen(picture, &target.frame)?.as_ref(), Bits::Eight, existing)?;
+    let seen = as_seen(picture, &target.frame, &target.limits)?;
+    let encoding = Encoding::for_name(Path::new("a.png"), Some(Bits::Eight))?;
+    images::save_with_profile(output, seen.as_ref(), encoding, target.profile(), existing)?;
     Ok(())
 }
 
@@ -306,12 +358,12 @@ pub fn save_canvas(canvas: &Canvas, output: &Path, existing: Existing) -> Result
 }
 
 /// What a screen shows: the display window, black where no pixels are; three colours or one, and alpha.
-fn as_seen<'a>(picture: &'a Picture, frame: &Frame) -> Result<Cow<'a, Picture>> {
+fn as_seen<'a>(picture: &'a Picture, frame: &Frame, limits: &Limits) -> Result<Cow<'a, Picture>> {
     let whole = frame.data == frame.display;
     if whole && matches!(picture.colors.len(), 1 | 3) {
         return Ok(Cow::Borrowed(picture));
     }
-    let seen = |plane: &Plane| -> Result<Plane> { on_display(plane, frame, 0.0) };
+    let seen = |plane: &Plane| -> Result<Plane> { on_display(plane, frame, 0.0, limits) };
     let mut colors = picture.colors.iter().take(3).map(seen).collect::<Result<Vec<_>>>()?;
     if colors.len() == 2 {
         // Two of three colours: the third is dark.
@@ -325,7 +377,7 @@ fn as_seen<'a>(picture: &'a Picture, frame: &Frame) -> Result<Cow<'a, Picture>> 
 ///
 /// # Errors
 /// [`FileError::TooLarge`], memory.
-pub fn on_display(plane: &Plane, frame: &Frame, fill: f32) -> Result<Plane> {
+pub fn on_display(plane: &Plane, frame: &Frame, fill: f32, limits: &Limits) -> Result<Plane> {
     if frame.data == frame.display {
         return Ok(plane.clone());
     }
@@ -334,7 +386,7 @@ pub fn on_display(plane: &Plane, frame: &Frame, fill: f32) -> Result<Plane> {
         "the picture to show",
         "the display window's number of pixels",
         area,
-        Limits::default().max_pixels,
+        limits.max_pixels,
     )?;
     Ok(align_plane(plane.clone(), frame.data, frame.display, fill)?)
 }
@@ -357,7 +409,7 @@ pub fn save_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<Picture> {
     let selection = Selection { without_depth: true, ..Selection::default() };
     let loaded = load(path, &selection, limits, &Cancel::new())?;
-    Ok(as_seen(&loaded.picture, &loaded.frame)?.into_owned())
+    Ok(as_seen(&loaded.picture, &loaded.frame, limits)?.into_owned())
 }
 
 /// Reads a picture to lie beside another one: the same pixels of the camera's view, black where it has none. A picture of another
@@ -369,7 +421,7 @@ pub fn read_picture_beside(path: &Path, beside: &Frame, limits: &Limits) -> Resu
     let selection = Selection { without_depth: true, ..Selection::default() };
     let Loaded { frame, picture, .. } = load(path, &selection, limits, &Cancel::new())?;
     if frame.display.size != beside.display.size {
-        return Ok(as_seen(&picture, &frame)?.into_owned());
+        return Ok(as_seen(&picture, &frame, limits)?.into_owned());
     }
     // Both count from the corner of what the camera sees.
     let in_view = |frame: &Frame| {
@@ -383,7 +435,7 @@ pub fn read_picture_beside(path: &Path, beside: &Frame, limits: &Limits) -> Resu
         Ok(Picture { colors, alpha: picture.alpha.map(align).transpose()? })
     };
     let picture = planes(picture)?;
-    Ok(as_seen(&picture, &Frame::full(to.size))?.into_owned())
+    Ok(as_seen(&picture, &Frame::full(to.size), limits)?.into_owned())
 }
 
 /// What `inspect` found.
@@ -437,7 +489,7 @@ fn load_image(path: &Path, selection: &Selection, limits: &Limits) -> Result<Loa
             path.display()
         )));
     }
-    let picture = images::read_picture(path, limits)?;
+    let Image { picture, stored, profile, notes } = images::read_image(path, limits)?;
     let names =
         ["R", "G", "B"].into_iter().take(picture.colors.len()).chain(picture.alpha.as_ref().map(|_| "A"));
     Ok(Loaded {
@@ -446,7 +498,8 @@ fn load_image(path: &Path, selection: &Selection, limits: &Limits) -> Result<Loa
         depth: None,
         coc: None,
         camera: FoundCamera::default(),
-        origin: Origin::Image { names: names.map(str::to_owned).collect() },
+        limits: *limits,
+        origin: Origin::Image { names: names.map(str::to_owned).collect(), stored, profile, notes },
         picture,
     })
 }

@@ -11,7 +11,7 @@ use pullfocus_core::{Cancel, Frame, Size, focus, sensor};
 use pullfocus_io::camera_file::{CameraSample, SENSOR_IF_UNKNOWN_MM, write_csv, write_usda};
 use pullfocus_io::output::{Existing, PendingFile, check_target};
 use pullfocus_io::sequence::{Frames, Pattern, number_in};
-use pullfocus_io::{FileError, Limits, Selection};
+use pullfocus_io::{FileError, Selection};
 use std::path::{Path, PathBuf};
 
 /// What the files of a frame say.
@@ -59,13 +59,14 @@ pub fn look(options: &Options, frame: i64) -> Result<Seen> {
         without_depth: true,
         ..Selection::default()
     };
+    let limits = storage::limits(options.files.allow_large_files == Some(true));
     let mut seen = Seen::default();
     for path in pictures(options, frame) {
         let file = pattern(path)?.map_or_else(|| path.clone(), |pattern| pattern.file(frame));
         if !file.is_file() {
             continue;
         }
-        match storage::look(&file, &selection, &Limits::default()) {
+        match storage::look(&file, &selection, &limits) {
             Ok((frame, camera)) => {
                 let frame = seen.frame.get_or_insert(frame);
                 seen.camera = seen.camera.or(load::file_camera(&camera, frame));
@@ -162,6 +163,18 @@ pub fn sensor_height_mm(sample: &CameraSample, seen: &Seen) -> Option<f64> {
     }
 }
 
+/// What the first of the frames says whose files are there.
+fn first_seen(options: &Options, frames: &Frames, cancel: &Cancel) -> Result<Option<Seen>> {
+    for frame in frames.iter() {
+        cancel.check()?;
+        let seen = look(options, frame)?;
+        if seen.frame.is_some() {
+            return Ok(Some(seen));
+        }
+    }
+    Ok(None)
+}
+
 /// What was written.
 #[derive(Debug, Clone)]
 pub struct Track {
@@ -204,8 +217,8 @@ fn form(output: &Path) -> Result<Form> {
     }
 }
 
-/// Writes the lens of every frame of a shot, whole or not at all; each frame's own file says what the shot leaves out. `own` are
-/// files that must not be written over; `note` hears of files that are there and cannot be read.
+/// Writes the lens of every frame of a shot, whole or not at all; each frame's own file says what the shot leaves out, where
+/// a frame has none the file before it, or the first. `own` are files that must not be written over; `note` hears of files that are there and cannot be read.
 ///
 /// # Errors
 /// [`Failure::Usage`] for an output that cannot be, a lens that is incomplete, and where nothing says which frames;
@@ -223,6 +236,7 @@ pub fn save(
         return Err(Failure::usage(format!("{fps} frames a second are none; give a number above 0")));
     }
     camera::check(&options.lens)?;
+    shot::check_lens(&options.keys, &options.lens)?;
     check_target(output, own, existing)?;
     let frames = frames(options)?;
     let mut known: Option<Seen> = None;
@@ -232,11 +246,13 @@ pub fn save(
         cancel.check()?;
         let mut seen = look(options, frame)?;
         seen.notes.drain(..).for_each(&mut note);
-        // A frame without a file has the lens of the one before.
-        let seen = match seen.frame {
-            Some(_) => known.insert(seen),
-            None => known.get_or_insert(seen),
+        // A frame without a file has the lens of the one before, and before the first file that of the first.
+        let seen = match (seen.frame, known.take()) {
+            (None, Some(before)) => before,
+            (None, None) => first_seen(options, &frames, cancel)?.unwrap_or(seen),
+            (Some(_), _) => seen,
         };
+        let seen = known.insert(seen);
         let (sample, values) = sample(options, seen, frame, sharp, name)?;
         first.get_or_insert_with(|| (sensor_height_mm(&sample, seen), values));
         samples.push(sample);
@@ -317,17 +333,37 @@ mod tests {
         );
         assert!(pixels.unwrap_err().to_string().contains("0.08%"));
     }
+
+    /// A picture that says where it is in focus.
+    fn focused(path: &Path, metres: f32) {
+        let size = Size::new(2, 1);
+        let plane = pullfocus_core::Plane::from_fn(size, |_, _| 1.0).unwrap();
+        let planes = ["R", "G", "B"].map(|name| (name, &plane, pullfocus_io::SampleType::Float));
+        let focus = [("focus", AttributeValue::Float(metres))];
+        write_exr(&mut std::fs::File::create(path).unwrap(), &Frame::full(size), &planes, &focus).unwrap();
+    }
+
+    #[test]
+    fn frames_without_files_have_the_lens_of_the_one_before_or_the_first() {
+        let folder = tempfile::tempdir().unwrap();
+        focused(&folder.path().join("f.02.exr"), 2.0);
+        focused(&folder.path().join("f.04.exr"), 5.0);
+        let (input, output) = (folder.path().join("f.##.exr"), folder.path().join("out.csv"));
+        let text = format!("input = {input:?}\nframes = '1-5'\nfov-x = 40\naperture-diameter = 0.01");
+        let writing =
+            Writing { output: &output, fps: 24.0, sharp: SHARP, existing: Existing::Refuse, name: "shot" };
+        save(&parse(&text).unwrap(), &[], writing, &Cancel::new(), |note| panic!("{note}")).unwrap();
+        let table = std::fs::read_to_string(&output).unwrap();
+        let focus: Vec<&str> = table.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
+        assert_eq!(focus, ["2", "2", "2", "5", "5"], "{table}");
+    }
+
     #[test]
     fn each_of_a_list_of_pictures_has_its_own_lens() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        let size = Size::new(2, 1);
-        let plane = pullfocus_core::Plane::from_fn(size, |_, _| 1.0).unwrap();
         for (name, metres) in [("f.0001.exr", 2.0_f32), ("f.0002.exr", 5.0)] {
-            let mut file = std::fs::File::create(path(name)).unwrap();
-            let planes = ["R", "G", "B"].map(|name| (name, &plane, pullfocus_io::SampleType::Float));
-            let focus = [("focus", AttributeValue::Float(metres))];
-            write_exr(&mut file, &Frame::full(size), &planes, &focus).unwrap();
+            focused(&path(name), metres);
         }
         let list = format!("input = [{:?}, {:?}]", path("f.0001.exr"), path("f.0002.exr"));
         let options = parse(&list).unwrap();

@@ -7,9 +7,10 @@ use crate::options::{
     Blur, Depth, DepthForm, Files, IntegratorName, LayeringName, Lens, MethodName, PsfName, SolverName,
 };
 use crate::settings::{method_of, of_diffusion};
+use crate::storage::check_output;
 use crate::values::Shape;
 
-/// Circles of confusion take the place of depth, wherever it is.
+/// Circles of confusion take the place of depth, wherever it is; layers bring their own depth.
 pub fn distance(file: (&mut Files, &mut Depth), flags: (&Files, &Depth)) {
     if flags.1.coc_channel.is_some() {
         file.0.depth_file = None;
@@ -18,9 +19,15 @@ pub fn distance(file: (&mut Files, &mut Depth), flags: (&Files, &Depth)) {
     if flags.0.depth_file.is_some() || flags.1.depth_channel.is_some() {
         file.1.coc_channel = None;
     }
+    if flags.0.foreground.is_some() || flags.0.behind.is_some() {
+        file.0.depth_file = None;
+    }
+    if flags.0.depth_file.is_some() {
+        (file.0.foreground, file.0.behind) = (None, None);
+    }
 }
 
-/// Replacing what is there, or keeping it.
+/// Replacing what is there, or keeping it; bits that another format has.
 pub fn files(file: &mut Files, flags: &Files) {
     if flags.overwrite == Some(true) {
         file.resume = None;
@@ -28,10 +35,17 @@ pub fn files(file: &mut Files, flags: &Files) {
     if flags.resume == Some(true) {
         file.overwrite = None;
     }
+    if let (Some(output), Some(bits), None) = (&flags.output, file.bits, flags.bits)
+        && check_output(output, None).is_ok()
+        && check_output(output, Some(bits.into())).is_err()
+    {
+        file.bits = None;
+    }
 }
 
-/// The two forms of the aperture, and those of the angle.
-pub fn lens(file: &mut Lens, flags: &Lens) {
+/// The two forms of the aperture, and those of the angle; the keys' focal length counts as the file's. True where the
+/// keys' has to step back too.
+pub fn lens(file: &mut Lens, keyed_focal: bool, flags: &Lens) -> bool {
     if flags.f_stop.is_some() {
         file.aperture_diameter = None;
     }
@@ -40,10 +54,10 @@ pub fn lens(file: &mut Lens, flags: &Lens) {
     }
     // Of field of view, focal length and sensor width any two may stand together.
     let all_three = flags.fov_x.or(file.fov_x).is_some()
-        && flags.focal_length.or(file.focal_length).is_some()
+        && (flags.focal_length.or(file.focal_length).is_some() || keyed_focal)
         && flags.sensor_width.or(file.sensor_width).is_some();
     if !all_three {
-        return;
+        return false;
     }
     if flags.fov_x.is_none() {
         if flags.focal_length.is_some() || flags.sensor_width.is_some() {
@@ -54,7 +68,9 @@ pub fn lens(file: &mut Lens, flags: &Lens) {
     } else {
         // The sensor stays: it makes a focal length of the field of view, which an f-stop needs.
         file.focal_length = None;
+        return true;
     }
+    false
 }
 
 /// A form of depth, and the details of the others.
@@ -257,6 +273,36 @@ mod tests {
         );
         let both = "fov-x = 40\nsensor-width = 36\nf-stop = 2";
         over("focal-length = 50", both, photo);
+    }
+
+    #[test]
+    fn lenses_of_keys() {
+        let focus = "\n[[key]]\nframe = 1\nfocus-distance = 2";
+        let zoom = &format!("{focus}\nfocal-length = 50");
+        let sensor = "f-stop = 2\nsensor-width = 36";
+        over("fov-x = 30", &format!("{sensor}{zoom}"), &format!("fov-x = 30\n{sensor}{focus}"));
+        // A sensor width takes the angle's place; without one the two go together.
+        let angle = "f-stop = 2\nfov-x = 30";
+        over("sensor-width = 36", &format!("{angle}{zoom}"), &format!("{sensor}{zoom}"));
+        over("f-stop = 2", &format!("fov-x = 30{zoom}"), &format!("{angle}{zoom}"));
+        over("fov-x = 30", &format!("f-stop = 2{zoom}"), &format!("{angle}{zoom}"));
+    }
+
+    #[test]
+    fn layers_and_depth_in_a_file_of_its_own() {
+        let layers = "input = 'in.exr'\nforeground = 'near.exr'\nbehind = 'far.exr'";
+        over(layers, "depth-file = 'z.png'", layers);
+        over("depth-file = 'z.png'", layers, "input = 'in.exr'\ndepth-file = 'z.png'");
+    }
+
+    #[test]
+    fn bits_of_another_format() {
+        let png = "output = 'k.png'\nbits = 16";
+        over("output = 'k.exr'", png, "output = 'k.exr'");
+        over("output = 'k.jpg'", png, "output = 'k.jpg'");
+        over("output = 'k.tif'", png, "output = 'k.tif'\nbits = 16");
+        over("output = 'folder'", png, "output = 'folder'\nbits = 16");
+        over("output = 'k.exr'\nbits = 8", png, "output = 'k.exr'\nbits = 8");
     }
 
     #[test]

@@ -38,11 +38,14 @@ pub fn run(args: CameraArgs) -> Result<()> {
 }
 
 fn write(args: CameraArgs) -> Result<()> {
-    let CameraArgs { shot, output, frames, fps, sharp, lens, overwrite, json } = args;
+    let CameraArgs { shot, output, frames, fps, sharp, lens, allow_large_files, overwrite, json } = args;
     let mut console = Console::plain(json);
     let mut options = Options { lens, ..Options::default() }.with_file(Some(&shot))?;
     if frames.is_some() {
         options.files.frames = frames.map(Label);
+    }
+    if allow_large_files {
+        options.files.allow_large_files = Some(true);
     }
     let existing = if overwrite { Existing::Replace } else { Existing::Refuse };
     let name = shot.display().to_string();

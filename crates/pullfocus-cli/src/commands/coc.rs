@@ -62,7 +62,7 @@ fn write(job: &Job, files: &FrameFiles, made: &mut Made) -> Result<()> {
     let range = job.coc_range.unwrap_or_else(|| low.abs().max(high.abs()));
     // Black where there are no pixels.
     let canvas = || -> Result<Canvas> {
-        Ok(Canvas::from_coc(&storage::on_display(coc, &made.frame, f32::NAN)?, range))
+        Ok(Canvas::from_coc(&storage::on_display(coc, &made.frame, f32::NAN, &job.limits)?, range))
     };
     if storage::is_exr(&files.output) {
         storage::save_with_coc(&made.target, &made.frame, &made.picture, coc, &files.output, job.existing)?;

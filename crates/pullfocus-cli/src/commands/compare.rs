@@ -50,7 +50,8 @@ fn compare(args: &CompareArgs) -> Result<()> {
         storage::check_output(output, None)?;
         check_target(output, [&args.a, &args.b], existing)?;
     }
-    let [(a, size_a, bad_a), (b, size_b, bad_b)] = [shown(&args.a)?, shown(&args.b)?];
+    let limits = storage::limits(args.allow_large_files);
+    let [(a, size_a, bad_a), (b, size_b, bad_b)] = [shown(&args.a, &limits)?, shown(&args.b, &limits)?];
     if size_a != size_b {
         return Err(Failure::failed(format!(
             "{} is {size_a} but {} is {size_b}; only pictures of one size can be compared",
@@ -113,8 +114,8 @@ fn compare(args: &CompareArgs) -> Result<()> {
 
 type Shown = ([pullfocus_core::Plane; 3], Size, usize);
 
-fn shown(path: &Path) -> Result<Shown> {
-    let picture = storage::read_picture(path, &Limits::default())?;
+fn shown(path: &Path, limits: &Limits) -> Result<Shown> {
+    let picture = storage::read_picture(path, limits)?;
     let bad = pullfocus_metrics::not_finite(picture.planes());
     let planes = pullfocus_metrics::display(&picture)
         .with_context(|| format!("{} cannot be shown", path.display()))?;

@@ -2,6 +2,7 @@
 
 use crate::args::DemoArgs;
 use crate::console::{milliseconds, print_line, seconds};
+use crate::describe::quoted;
 use crate::report::{Document, FrameReport};
 use anyhow::Context;
 use pullfocus::Renderer;
@@ -10,7 +11,7 @@ use pullfocus_io::output::Existing;
 use pullfocus_job::camera;
 use pullfocus_job::config::Options;
 use pullfocus_job::draw::Canvas;
-use pullfocus_job::failure::Result;
+use pullfocus_job::failure::{Failure, Result};
 use pullfocus_job::job::Job;
 use pullfocus_job::load::{self, LoadedFrame};
 use pullfocus_job::options::{Blur, Files, Lens};
@@ -79,7 +80,7 @@ struct Told {
 
 /// The command that does what one of the demo's lines did.
 fn command_line(folder: &Path, focus: f64, f_stop: f64, output: &str) -> String {
-    let file = |name: &str| folder.join(name).display().to_string();
+    let file = |name: &str| quoted(&folder.join(name).display().to_string());
     format!(
         "pullfocus render {} --foreground {} --behind {} -o {} --focus-distance {focus} --f-stop {f_stop} --fov-x {FOV_X_DEGREES} --sensor-width {SENSOR_WIDTH_MM}",
         file("input.exr"),
@@ -99,8 +100,12 @@ fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| {
         format!("the directory {} cannot be made; choose another with -o", folder.display())
     })?;
+    check_own(folder, args.overwrite)?;
     for (name, bytes) in SHIPPED {
-        storage::save_bytes(&folder.join(name), bytes)?;
+        let path = folder.join(name);
+        if !holds(&path, bytes) {
+            storage::save_bytes(&path, bytes)?;
+        }
     }
     let options = options(folder, args);
     let job = Job::new(&options, Purpose::Render)?;
@@ -133,7 +138,7 @@ fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
             };
             let resolved = camera::resolve(&lens, &camera::FileCamera::default(), "the shipped frame")?;
             let mut scene = scene.clone();
-            let place = if focus.is_infinite() { "infinity".to_owned() } else { format!("{focus} m") };
+            let place = place(focus);
             if row == 0 {
                 let coc = circles(&mut renderer, &scene, &resolved.camera, &job, cancel)?;
                 let most = coc.data().iter().fold(0.0f32, |most, c| most.max(c.abs()));
@@ -145,9 +150,7 @@ fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
                 let _ = writeln!(std::io::stderr(), "pullfocus: warning: {sentence}");
                 told.warnings.push(sentence.to_owned());
             }
-            let name = format!("focus-{}-f{f_stop}", place.replace(' ', ""));
-            let outputs: Vec<PathBuf> =
-                ["exr", "png"].iter().map(|ending| folder.join(format!("{name}.{ending}"))).collect();
+            let outputs = results(focus, f_stop).map(|name| folder.join(name));
             let inputs = SHIPPED.map(|(file, _)| folder.join(file).display().to_string());
             let mut report = FrameReport::new(
                 BTreeMap::from_iter(["input", "foreground", "behind"].into_iter().zip(inputs)),
@@ -180,6 +183,51 @@ fn demo(args: &DemoArgs, cancel: &Cancel, told: &mut Told) -> Result<()> {
     }
     storage::save_canvas(&sheet.canvas, &folder.join(SHEET), Existing::Replace)?;
     Ok(())
+}
+
+/// Where the focus is, in words.
+fn place(focus: f64) -> String {
+    if focus.is_infinite() { "infinity".to_owned() } else { format!("{focus} m") }
+}
+
+/// The names of the files that one setting of the lens is written to: all that it holds, and to look at.
+fn results(focus: f64, f_stop: f64) -> [String; 2] {
+    let stem = format!("focus-{}-f{f_stop}", place(focus).replace(' ', ""));
+    ["exr", "png"].map(|ending| format!("{stem}.{ending}"))
+}
+
+/// Refuses a folder where files of the demo's names are somebody else's. Results are the demo's own beside its frame.
+fn check_own(folder: &Path, overwrite: bool) -> Result<()> {
+    if overwrite {
+        return Ok(());
+    }
+    let is_there = |path: &PathBuf| path.symlink_metadata().is_ok();
+    let shipped = SHIPPED
+        .iter()
+        .map(|(name, bytes)| (folder.join(name), *bytes))
+        .filter(|(path, bytes)| is_there(path) && !holds(path, bytes))
+        .map(|(path, _)| path);
+    let (frame, bytes) = SHIPPED[0];
+    let earlier = holds(&folder.join(frame), bytes);
+    let lenses = FOCUS.iter().flat_map(|(_, focus)| F_STOPS.map(|f_stop| results(*focus, f_stop)));
+    let written = lenses
+        .flatten()
+        .chain([SHEET.to_owned()])
+        .map(|name| folder.join(name))
+        .filter(|path| !earlier && is_there(path));
+    match shipped.chain(written).next() {
+        None => Ok(()),
+        Some(path) => Err(Failure::failed(format!(
+            "{}: exists already and is not the demo's own; choose another directory with -o, or --overwrite replaces it",
+            path.display()
+        ))),
+    }
+}
+
+/// Whether a file has just these bytes.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    fs::metadata(path).is_ok_and(|meta| meta.is_file() && meta.len() == bytes.len() as u64)
+        && fs::read(path).is_ok_and(|found| found == bytes)
 }
 
 fn options(folder: &Path, args: &DemoArgs) -> Options {

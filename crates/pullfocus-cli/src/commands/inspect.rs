@@ -6,7 +6,7 @@ use crate::describe;
 use crate::report;
 use pullfocus_io::Limits;
 use pullfocus_job::failure::{Failure, Result};
-use pullfocus_job::storage::{self, Inspected};
+use pullfocus_job::storage::{self, Inspected, limits};
 use serde::Serialize;
 use std::path::Path;
 
@@ -34,7 +34,7 @@ pub fn run(args: &InspectArgs) -> Result<()> {
     let mut files = Vec::new();
     let mut failed = Vec::new();
     for (index, path) in args.files.iter().enumerate() {
-        let report = look(path);
+        let report = look(path, &limits(args.allow_large_files));
         if !args.json {
             if index > 0 {
                 print_line("");
@@ -50,9 +50,9 @@ pub fn run(args: &InspectArgs) -> Result<()> {
     if failed.is_empty() { Ok(()) } else { Err(Failure::failed(failed.join("\npullfocus: error: "))) }
 }
 
-fn look(path: &Path) -> FileReport {
+fn look(path: &Path, limits: &Limits) -> FileReport {
     let file = path.display().to_string();
-    match storage::inspect(path, &Limits::default()) {
+    match storage::inspect(path, limits) {
         Ok(contents) => {
             let suggestion = match &contents {
                 Inspected::Exr(contents) => describe::suggestion(path, contents),

@@ -217,6 +217,9 @@ fn blur(
             100.0 * rendered.blended_depth_edges.unwrap_or_default()
         ));
     }
+    if !storage::is_exr(&files.output) || files.preview_png.is_some() {
+        made.warnings.extend(made.target.left_out());
+    }
     made.warnings.extend(renderer.fell_back().map(str::to_owned));
     made.report.take(&rendered);
     made.report.device = Some(renderer.rendered_on().to_owned());

@@ -6,7 +6,7 @@
 //! untouched parts without a detour through the codecs (which for lossy ones loses again), and deep parts,
 //! which the crate does not read. Layout: "OpenEXR File Layout" of the OpenEXR project.
 
-use crate::error::{FileError, FileResult};
+use crate::error::{FileError, FileResult, RAISE_THE_LIMIT};
 use crate::exr::text::{latin1, printable, shown};
 use crate::limits::Limits;
 use exr::block::chunk::TileCoordinates;
@@ -405,7 +405,7 @@ fn parse_headers(bytes: &[u8], limits: &Limits) -> Result<Headers, Parse> {
         }
         if parts.len() > limits.max_parts {
             return Err(Parse::Damaged(format!(
-                "it has more than {} parts; if it is meant to, raise the limit",
+                "it has more than {} parts; {RAISE_THE_LIMIT}",
                 limits.max_parts
             )));
         }

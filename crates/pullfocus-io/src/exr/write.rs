@@ -1,7 +1,7 @@
 //! Writing a document again, with some channels replaced.
 
 use crate::align::overlap;
-use crate::error::{FileError, FileResult};
+use crate::error::{FileError, FileResult, OUTPUT};
 use crate::exr::container::{
     Container, Extent, MAGIC, MULTI_PART, RawAttribute, coordinates, guarded, section,
 };
@@ -22,9 +22,6 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
-
-/// What stands in messages for a stream without a name.
-const OUTPUT: &str = "the output";
 
 /// Lays down header, chunks and, at the end, the tables of where the chunks are.
 pub(crate) struct Writer<W> {
@@ -208,12 +205,7 @@ impl Document {
     pub fn write(&self, path: impl AsRef<Path>, channels: &Channels, picture: &Picture) -> FileResult<()> {
         let path = path.as_ref();
         let mut out = PendingFile::create(path, Existing::Replace)?;
-        self.write_to(&mut out, channels, picture).map_err(|error| match error {
-            FileError::Io { file, doing, source } if file == Path::new(OUTPUT) => {
-                FileError::io(path, doing, source)
-            }
-            error => error,
-        })?;
+        self.write_to(&mut out, channels, picture).map_err(|error| error.of_output(path))?;
         out.commit()?;
         Ok(())
     }

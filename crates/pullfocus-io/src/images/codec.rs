@@ -2,7 +2,7 @@
 
 use super::samples::{Alpha, Data, Samples};
 use super::{Format, Source};
-use crate::error::{FileError, FileResult};
+use crate::error::{FileError, FileResult, RAISE_THE_LIMIT};
 use image::{ColorType, ImageDecoder, ImageError, ImageFormat, ImageReader};
 use std::io::{BufRead, ErrorKind, Seek};
 
@@ -25,14 +25,7 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
         source.check_size(width.into(), height.into(), channels, u64::from(color.bytes_per_pixel()))?;
     // A tag that cannot be read turns nothing.
     let orientation = decoder.orientation().map_or(1, |orientation| orientation.to_exif());
-    if let Ok(Some(profile)) = decoder.icc_profile()
-        && !is_srgb(&profile)
-    {
-        tracing::warn!(
-            "{}: its colour profile is not applied; colours are read as sRGB",
-            source.path.display()
-        );
-    }
+    let profile = decoder.icc_profile().ok().flatten();
 
     let bytes = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
     let sample = usize::from(color.bytes_per_pixel() / color.channel_count());
@@ -48,14 +41,9 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
     };
     let grey = matches!(color, ColorType::L8 | ColorType::L16 | ColorType::La8 | ColorType::La16);
     let alpha = if color.has_alpha() { Alpha::Straight } else { Alpha::None };
-    Ok(Samples { size, channels: channels as usize, planar: false, grey, alpha, data, orientation })
-}
-
-/// Whether a profile calls itself sRGB, in ASCII or UTF-16.
-fn is_srgb(profile: &[u8]) -> bool {
-    let narrow: Vec<u8> = profile.iter().copied().filter(|&byte| byte != 0).collect();
-    narrow.windows(4).any(|word| word.eq_ignore_ascii_case(b"sRGB"))
-        || narrow.windows(9).any(|word| word == b"IEC61966-")
+    let channels = channels as usize;
+    let notes = Vec::new();
+    Ok(Samples { size, channels, planar: false, grey, alpha, data, orientation, profile, notes })
 }
 
 /// The reason in one line: some decoders write several.
@@ -85,7 +73,7 @@ fn failed(source: &Source<'_>, error: ImageError) -> FileError {
         ImageError::Limits(error) => FileError::unsupported(
             source.path,
             format!("decoding it takes more memory than allowed ({})", one_line(error)),
-            "if it is meant to be that large, raise the limit",
+            RAISE_THE_LIMIT,
         ),
         other => source.damaged(one_line(other)),
     }

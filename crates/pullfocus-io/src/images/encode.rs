@@ -1,17 +1,18 @@
 //! Writing pictures: from linear, premultiplied planes to what each format holds.
 
-use super::{Format, pfm};
+use super::{Format, Profile, pfm};
 use crate::error::{FileError, FileResult};
 use crate::output::{Existing, PendingFile};
 use image::codecs::{hdr::HdrEncoder, jpeg::JpegEncoder, png::PngEncoder};
 use image::{ExtendedColorType, ImageEncoder, ImageError, Rgb};
 use pullfocus_core::{Picture, Plane, srgb};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 use tiff::encoder::compression::DeflateLevel;
 use tiff::encoder::{Compression, Predictor, TiffEncoder, TiffValue, colortype};
-use tiff::tags::{ExtraSamples, Tag};
+use tiff::tags::{ExtraSamples, Tag, Type};
 
 /// How exactly numbers are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -100,7 +101,7 @@ pub fn write_image(
     encoding: Encoding,
 ) -> FileResult<()> {
     picture.check()?;
-    write_planes(out, file, picture, encoding, false)
+    write_planes(out, file, picture, encoding, false, None)
 }
 
 /// Writes the picture under `path` by way of a temporary name ([`PendingFile`]); false if, with
@@ -109,8 +110,24 @@ pub fn write_image(
 /// # Errors
 /// As [`write_image`] and [`PendingFile`].
 pub fn save(path: &Path, picture: &Picture, encoding: Encoding, existing: Existing) -> FileResult<bool> {
+    save_with_profile(path, picture, encoding, None, existing)
+}
+
+/// As [`save`], with the colour profile of the file that the picture comes from, where it says the same of this one:
+/// PNG, JPEG and TIFF of whole numbers for a profile of whole numbers, TIFF of floats for one of floats.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_with_profile(
+    path: &Path,
+    picture: &Picture,
+    encoding: Encoding,
+    profile: Option<&Profile>,
+    existing: Existing,
+) -> FileResult<bool> {
+    picture.check()?;
     let mut file = PendingFile::create(path, existing)?;
-    write_image(&mut file, path, picture, encoding)?;
+    write_planes(&mut file, path, picture, encoding, false, profile)?;
     file.commit()
 }
 
@@ -134,7 +151,7 @@ pub fn save_srgb(
         }
     }
     let mut file = PendingFile::create(path, existing)?;
-    write_planes(&mut file, path, &picture, encoding, !floats)?;
+    write_planes(&mut file, path, &picture, encoding, !floats, None)?;
     file.commit()
 }
 
@@ -153,8 +170,10 @@ fn write_planes(
     picture: &Picture,
     encoding: Encoding,
     encoded: bool,
+    profile: Option<&Profile>,
 ) -> FileResult<()> {
     let size = picture.size();
+    let profile = profile.filter(|profile| profile.fits(encoding, picture.colors.len())).map(Profile::bytes);
     let too_large = || {
         FileError::unsupported(
             file,
@@ -194,15 +213,18 @@ fn write_planes(
         (Format::Png, Bits::Sixteen) => {
             let codes = codes::<u16>(picture, alpha, encoded);
             let bytes: Vec<u8> = codes.into_iter().flat_map(u16::to_ne_bytes).collect();
-            PngEncoder::new(&mut out).write_image(&bytes, width, height, color(true)).map_err(failed)
+            let encoder = with_profile(PngEncoder::new(&mut out), profile);
+            encoder.write_image(&bytes, width, height, color(true)).map_err(failed)
         }
         (Format::Png, _) => {
             let codes = codes::<u8>(picture, alpha, encoded);
-            PngEncoder::new(&mut out).write_image(&codes, width, height, color(false)).map_err(failed)
+            let encoder = with_profile(PngEncoder::new(&mut out), profile);
+            encoder.write_image(&codes, width, height, color(false)).map_err(failed)
         }
         (Format::Jpeg, _) => {
             let codes = codes::<u8>(picture, None, encoded);
             let encoder = JpegEncoder::new_with_quality(&mut out, encoding.jpeg_quality);
+            let encoder = with_profile(encoder, profile);
             encoder.write_image(&codes, width, height, color(false)).map_err(failed)
         }
         (Format::Hdr, _) => {
@@ -226,7 +248,7 @@ fn write_planes(
                 alpha: None,
             };
             let picture = if repeated.colors.is_empty() { picture } else { &repeated };
-            let tiff = Tiff { out: &mut out, width, height, float: bits == Bits::Float };
+            let tiff = Tiff { out: &mut out, width, height, float: bits == Bits::Float, profile };
             match (bits, channels) {
                 (Bits::Eight, 1) => tiff.write::<colortype::Gray8>(&codes(picture, alpha, encoded)),
                 (Bits::Eight, 3) => tiff.write::<colortype::RGB8>(&codes(picture, alpha, encoded)),
@@ -248,16 +270,42 @@ fn write_planes(
     }
 }
 
-/// Where a TIFF goes, and its size.
-struct Tiff<W> {
+/// An encoder that lays the profile into the file.
+fn with_profile<E: ImageEncoder>(mut encoder: E, profile: Option<&[u8]>) -> E {
+    if let Some(profile) = profile {
+        // These formats have a place for it.
+        let _ = encoder.set_icc_profile(profile.to_vec());
+    }
+    encoder
+}
+
+/// Where a TIFF goes, its size and its colour profile.
+struct Tiff<'a, W> {
     out: W,
     width: u32,
     height: u32,
     /// Floats, with alpha associated; otherwise whole numbers, with alpha straight.
     float: bool,
+    profile: Option<&'a [u8]>,
 }
 
-impl<W: Write + Seek> Tiff<W> {
+/// Bytes that mean nothing to TIFF itself, as it wants profiles.
+struct Opaque<'a>(&'a [u8]);
+
+impl TiffValue for Opaque<'_> {
+    const BYTE_LEN: u8 = 1;
+    const FIELD_TYPE: Type = Type::UNDEFINED;
+
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn data(&self) -> Cow<'_, [u8]> {
+        Cow::Borrowed(self.0)
+    }
+}
+
+impl<W: Write + Seek> Tiff<'_, W> {
     fn write<C: colortype::ColorType>(self, samples: &[C::Inner]) -> tiff::TiffResult<()>
     where
         [C::Inner]: TiffValue,
@@ -272,6 +320,9 @@ impl<W: Write + Seek> Tiff<W> {
             let kind =
                 if self.float { ExtraSamples::AssociatedAlpha } else { ExtraSamples::UnassociatedAlpha };
             image.encoder().write_tag(Tag::ExtraSamples, &[kind.to_u16()][..])?;
+        }
+        if let Some(profile) = self.profile {
+            image.encoder().write_tag(Tag::IccProfile, Opaque(profile))?;
         }
         image.write_data(samples)
     }

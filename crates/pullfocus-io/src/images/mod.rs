@@ -12,18 +12,21 @@
 //! (grey is repeated). [`read_depth`] gives the **raw numbers** of the first channel: integers as 0..1 (a 16-bit
 //! depth in millimetres has a unit of 65.535 m), floats as they are, without any sRGB curve. The formats are told
 //! apart by their first bytes, not by their names. Files by the camera's orientation tag (EXIF, TIFF) are turned
-//! upright, depth too. Colour profiles are not applied: integer colour is taken for sRGB, and a log line says so
-//! where a profile disagrees. Of a file with several pictures, the first is read.
+//! upright, depth too. Colour profiles are not applied: integer colour is taken for sRGB. Where a profile disagrees,
+//! [`read_image`] notes it and hands the profile on, and [`save_with_profile`] lays it beside the same numbers again.
+//! Of a file with several pictures, the first is read.
 
 mod codec;
 mod encode;
 mod jpeg_end;
 mod orient;
 mod pfm;
+mod profile;
 mod samples;
 mod tiff_file;
 
-pub use encode::{Bits, Encoding, save, save_srgb, write_image, write_png};
+pub use encode::{Bits, Encoding, save, save_srgb, save_with_profile, write_image, write_png};
+pub use profile::Profile;
 
 use crate::error::{FileError, FileResult};
 use crate::limits::Limits;
@@ -124,6 +127,27 @@ pub enum Stored {
     Float,
 }
 
+/// A picture, and what its file holds beside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// As [`read_picture`] gives it.
+    pub picture: Picture,
+    /// How the file stores its numbers.
+    pub stored: Stored,
+    /// The file's colour profile, where it is not sRGB's.
+    pub profile: Option<Profile>,
+    /// What the user should know, as clauses about "it", the file.
+    pub notes: Vec<String>,
+}
+
+/// Reads a picture as [`read_picture`] does, and what its file holds beside it.
+///
+/// # Errors
+/// [`FileError`]: what is wrong with the file, and what to do.
+pub fn read_image(path: &Path, limits: &Limits) -> FileResult<Image> {
+    read(path, limits)?.into_image()
+}
+
 /// Reads a picture as linear light, premultiplied, in three planes, R, G, B, and perhaps alpha.
 ///
 /// Straight alpha is multiplied in. Alpha that is already associated in a TIFF of integers is taken to be
@@ -140,7 +164,11 @@ pub fn read_picture(path: &Path, limits: &Limits) -> FileResult<Picture> {
 /// # Errors
 /// [`FileError`]: what is wrong with the file, and what to do.
 pub fn read_depth(path: &Path, limits: &Limits) -> FileResult<DepthMap> {
-    read(path, limits)?.to_depth()
+    let samples = read(path, limits)?;
+    for note in &samples.notes {
+        tracing::info!("{}: {note}", path.display());
+    }
+    samples.to_depth()
 }
 
 fn open(path: &Path) -> FileResult<File> {

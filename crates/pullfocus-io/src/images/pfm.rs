@@ -58,8 +58,9 @@ pub(super) fn read(source: &Source<'_>, mut reader: impl Read) -> FileResult<Sam
             );
         }
     };
+    let mut notes = Vec::new();
     if scale.abs() != 1.0 {
-        tracing::info!("{}: the scale {scale} is not applied to the samples", source.path.display());
+        notes.push(format!("its scale of {} is not applied to its numbers", scale.abs()));
     }
 
     let channels = if grey { 1 } else { 3 };
@@ -86,6 +87,8 @@ pub(super) fn read(source: &Source<'_>, mut reader: impl Read) -> FileResult<Sam
         alpha: Alpha::None,
         data: Data::F32(data),
         orientation: 1,
+        profile: None,
+        notes,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Decoded samples on their way to planes.
 
 use super::orient::oriented;
-use super::{DepthMap, Stored};
+use super::{DepthMap, Image, Profile, Stored};
 use crate::error::FileResult;
 use pullfocus_core::{Picture, Plane, Size, srgb};
 
@@ -18,6 +18,10 @@ pub(super) struct Samples {
     pub data: Data,
     /// EXIF's orientation, 1 to 8.
     pub orientation: u8,
+    /// The colour profile's bytes.
+    pub profile: Option<Vec<u8>>,
+    /// What the user should know, as clauses about "it", the file.
+    pub notes: Vec<String>,
 }
 
 /// The sample after the colours.
@@ -113,6 +117,15 @@ impl Samples {
         }
         let alpha = alpha.map(|plane| oriented(plane, self.orientation)).transpose()?;
         Ok(Picture { colors, alpha })
+    }
+
+    /// The picture and what stands beside it.
+    pub fn into_image(mut self) -> FileResult<Image> {
+        let (picture, stored) = (self.to_picture()?, self.data.stored());
+        let profile = self.profile.take().and_then(|bytes| Profile::new(bytes, stored));
+        let mut notes = self.notes;
+        notes.extend(profile.as_ref().map(Profile::note));
+        Ok(Image { picture, stored, profile, notes })
     }
 
     /// The first channel, raw.

@@ -4,7 +4,7 @@
 use super::Source;
 use super::codec::one_line;
 use super::samples::{Alpha, Data, Samples};
-use crate::error::{FileError, FileResult};
+use crate::error::{FileError, FileResult, RAISE_THE_LIMIT};
 use std::io::{BufRead, ErrorKind, Seek};
 use tiff::decoder::{Decoder, DecodingResult, DecodingSampleType, Limits};
 use tiff::tags::{SampleFormat, Tag};
@@ -38,6 +38,7 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
         return Err(unsupported(format!("a TIFF of {bits} bits a sample")));
     }
     let colors = if grey { 1 } else { 3 };
+    let mut notes = Vec::new();
     // 1 is associated alpha and 2 straight; others, and samples beyond, are masks and spot colours.
     let alpha = match (extra.first(), usize::from(samples) > colors) {
         (_, false) => Alpha::None,
@@ -46,10 +47,7 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
         // Old programs leave the tag out.
         (None, true) if usize::from(samples) == colors + 1 => Alpha::Straight,
         _ => {
-            tracing::info!(
-                "{}: samples beside the colours are not alpha, and left out",
-                source.path.display()
-            );
+            notes.push("its samples beside the colours are not alpha, and are left out".to_owned());
             Alpha::None
         }
     };
@@ -67,6 +65,8 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
             return Err(unsupported("a TIFF of signed or undefined numbers".to_owned()));
         }
     }
+
+    let profile = decoder.get_tag_u8_vec(Tag::IccProfile).ok();
 
     let whole = || unsupported(format!("a TIFF of {bits}-bit whole numbers"));
     let layout = decoder.image_buffer_layout().map_err(failed)?;
@@ -97,7 +97,8 @@ pub(super) fn read<R: BufRead + Seek>(source: &Source<'_>, reader: R) -> FileRes
         DecodingResult::F64(data) => Data::F32(data.into_iter().map(|value| value as f32).collect()),
         _ => return Err(whole()),
     };
-    Ok(Samples { size, channels, planar: layout.planes > 1, grey, alpha, data, orientation })
+    let planar = layout.planes > 1;
+    Ok(Samples { size, channels, planar, grey, alpha, data, orientation, profile, notes })
 }
 
 fn kind_name(color: ColorType) -> &'static str {
@@ -125,11 +126,9 @@ fn failed(source: &Source<'_>, error: TiffError) -> FileError {
         }
         TiffError::IoError(error) => FileError::io(source.path, "read", error),
         TiffError::UnsupportedError(error) => FileError::unsupported(source.path, one_line(error), USUAL),
-        TiffError::LimitsExceeded => FileError::unsupported(
-            source.path,
-            "decoding it takes more memory than allowed",
-            "if it is meant to be that large, raise the limit",
-        ),
+        TiffError::LimitsExceeded => {
+            FileError::unsupported(source.path, "decoding it takes more memory than allowed", RAISE_THE_LIMIT)
+        }
         other => source.damaged(one_line(other)),
     }
 }

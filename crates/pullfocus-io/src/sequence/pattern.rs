@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 ///   number without them.
 /// - `%04d`, `%4d` with a leading zero, and `%d`: as in C.
 ///
-/// A number with more digits than that is written in full. Folders are taken as they are.
+/// A number with more digits than that is written in full. Folders that are there are taken as they are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pattern {
     folder: PathBuf,
@@ -26,13 +26,19 @@ impl Pattern {
     /// The pattern in `path`'s file name; `None` where it has no place for a number.
     ///
     /// # Errors
-    /// [`FileError::Argument`] for two such places, one in a folder's name, or `%4d` (blanks in a file name).
+    /// [`FileError::Argument`] for two such places, one in the name of a folder that is not there, or `%4d` (blanks in
+    /// a file name).
     pub fn parse(path: &Path) -> FileResult<Option<Self>> {
         let refuse = |reason: &str| {
             Err(FileError::Argument { what: path.display().to_string(), reason: reason.to_owned() })
         };
         let folder = path.parent().unwrap_or(Path::new(""));
-        if folder.iter().any(|part| part.to_str().is_some_and(|name| matches!(find(name), Ok(Some(_))))) {
+        let has_place = |folder: &Path| {
+            let name = folder.file_name().and_then(|name| name.to_str());
+            name.is_some_and(|name| matches!(find(name), Ok(Some(_))))
+        };
+        // Somebody's folder may be called "proj #7".
+        if folder.ancestors().any(|folder| has_place(folder) && !folder.is_dir()) {
             return refuse("the frame number may stand in the file's name but not in a folder's name");
         }
         let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
@@ -192,6 +198,22 @@ mod tests {
         ] {
             let said = Pattern::parse(Path::new(text)).unwrap_err().to_string();
             assert!(said.contains(word), "{said}");
+        }
+    }
+
+    #[test]
+    fn folders_that_are_there_are_taken_as_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["proj #7", "a@@b", "100%d", "v##"] {
+            let inside = folder.path().join(name);
+            assert!(Pattern::parse(&inside.join("out.exr")).is_err(), "{name}: not there yet");
+            std::fs::create_dir(&inside).unwrap();
+            assert_eq!(Pattern::parse(&inside.join("out.exr")).unwrap(), None);
+            let pattern = Pattern::parse(&inside.join("out.####.exr")).unwrap().unwrap();
+            assert_eq!(pattern.file(7), inside.join("out.0007.exr"));
+            // What is missing within it is told of by others.
+            assert_eq!(Pattern::parse(&inside.join("new/out.exr")).unwrap(), None);
+            assert!(Pattern::parse(&inside.join("new ##/out.exr")).is_err());
         }
     }
 

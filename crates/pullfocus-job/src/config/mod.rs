@@ -43,10 +43,13 @@ impl Options {
     /// These options, and where one is missing that of `below`, unless these exclude it.
     #[must_use]
     pub fn over(self, mut below: Self) -> Self {
-        let keys = shot::under(std::mem::take(&mut below.keys), &self.lens);
+        let mut keys = shot::under(std::mem::take(&mut below.keys), &self.lens);
+        let own = if self.keys.is_empty() { &keys } else { &self.keys };
         yielding::files(&mut below.files, &self.files);
         yielding::distance((&mut below.files, &mut below.depth), (&self.files, &self.depth));
-        yielding::lens(&mut below.lens, &self.lens);
+        if yielding::lens(&mut below.lens, shot::has_focal_length(own), &self.lens) {
+            keys = shot::without_focal_length(keys);
+        }
         yielding::depth(&mut below.depth, &self.depth);
         yielding::layering(&mut below.blur, &self.blur);
         yielding::method(&mut below.blur, &self.blur);
