@@ -119,9 +119,11 @@ fn what_cannot_stand_beside_rgb_stays_behind_and_srgb_is_no_news() {
         assert_eq!(read(&path("out.png")).profile, None);
         assert_eq!(read_picture(&path(name), &Limits::default()).unwrap(), image.picture);
     }
-    write(&path("plain.png"), ExtendedColorType::Rgb8, profile(b"RGB ", "sRGB IEC61966-2.1"));
-    let image = read(&path("plain.png"));
-    assert_eq!((image.profile, image.notes.len()), (None, 0));
+    for (name, notes) in [("sRGB IEC61966-2.1", 0), ("sRGB built-in", 0), ("Linear sRGB", 1)] {
+        write(&path("plain.png"), ExtendedColorType::Rgb8, profile(b"RGB ", name));
+        let image = read(&path("plain.png"));
+        assert_eq!((image.profile.is_some(), image.notes.len()), (notes > 0, notes), "{name}");
+    }
 }
 
 #[test]

@@ -52,9 +52,9 @@ impl Profile {
 
 const SRGB: &str = "its numbers are read by sRGB's curve";
 
-/// Whether a profile calls itself sRGB, in ASCII or UTF-16.
+/// Whether a profile calls itself sRGB, in ASCII or UTF-16, and not a linear one.
 fn is_srgb(profile: &[u8]) -> bool {
     let narrow: Vec<u8> = profile.iter().copied().filter(|&byte| byte != 0).collect();
-    narrow.windows(4).any(|word| word.eq_ignore_ascii_case(b"sRGB"))
-        || narrow.windows(9).any(|word| word == b"IEC61966-")
+    let says = |name: &[u8]| narrow.windows(name.len()).any(|word| word.eq_ignore_ascii_case(name));
+    (says(b"sRGB") || says(b"IEC61966-")) && !says(b"linear")
 }
