@@ -181,6 +181,28 @@ fn layers_are_chosen_by_name_and_pattern() {
 }
 
 #[test]
+fn a_channel_beside_its_layer_is_taken_once() {
+    let document = one([rgb(""), vec![half("A", N, 4), half("mask.A", N, 5)]].concat());
+    assert_eq!(names(&document, &layers(&["R", "rgba"])), ["R", "G", "B", "A"]);
+    assert_eq!(names(&document, &layers(&["A", "rgba"])), ["R", "G", "B", "A"]);
+    assert_eq!(names(&document, &layers(&["rgba", "R", "A"])), ["R", "G", "B", "A"]);
+    assert_eq!(names(&document, &layers(&["mask", "rgba"])), ["mask.A", "R", "G", "B", "A"]);
+    let masks = document.select(&layers(&["mask"])).unwrap().picture;
+    assert_eq!((masks.colors.len(), masks.alpha), (1, None));
+}
+
+#[test]
+fn a_layer_without_colour_is_refused() {
+    let document = one([rgb(""), vec![float("depth.Z", N, 1), float("other.Z", N, 2)]].concat());
+    for names in [&["depth"][..], &["other"], &["rgba", "depth"]] {
+        let error = refused(&document, &layers(names));
+        assert!(error.contains(&format!("layer '{}' holds no colour", names[names.len() - 1])), "{error}");
+        assert!(document.look(&layers(names)).is_err());
+    }
+    assert_eq!(names(&document, &layers(&["depth.Z"])), ["depth.Z"], "who says so may blur it");
+}
+
+#[test]
 fn pictures_without_red_green_and_blue() {
     assert_eq!(names(&one(vec![half("Y", N, 1), float("Z", N, 2)]), &Selection::default()), ["Y"]);
     assert_eq!(names(&one(vec![half("mono", N, 1)]), &Selection::default()), ["mono"]);

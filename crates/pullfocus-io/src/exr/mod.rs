@@ -19,6 +19,7 @@
 //! of which only some pixels are stored (luminance/chroma files), HTJ2K compression.
 
 mod camera;
+mod choice;
 mod container;
 mod contents;
 mod document;
