@@ -254,13 +254,63 @@ fn a_deep_part_beside_a_flat_one_is_carried_along() {
     assert_eq!(out[out.len() - 12..], two);
 }
 
+fn named(name: &str, size: (usize, usize), at: (i32, i32), channels: Vec<Channel>) -> Part {
+    let mut part = part(size, at, scan_lines(Compression::ZIP1), channels);
+    part.attributes.layer_name = Some(name.into());
+    part
+}
+
+/// Two parts with the same channels, and one with depth alone.
+fn parts_alike() -> Document {
+    let channels = |depth: &str, seed| [rgb(""), vec![float(depth, N, seed)]].concat();
+    document(&file(
+        (20, 10),
+        vec![
+            named("bg", (20, 10), (0, 0), channels("Z", 1)),
+            named("fg", (20, 10), (0, 0), channels("Z", 2)),
+            named("deep", (20, 10), (0, 0), vec![float("depth.Z", N, 3), float("V", N, 4)]),
+        ],
+    ))
+}
+
+#[test]
+fn names_of_channels_mean_those_of_the_chosen_part() {
+    let document = parts_alike();
+    let fg = Selection { part: Some("fg".into()), ..Selection::default() };
+    let depth = |name: Option<&str>| {
+        let selection = Selection { depth_channel: name.map(str::to_owned), ..fg.clone() };
+        document.select(&selection).unwrap().depth.unwrap().name
+    };
+    assert_eq!([depth(Some("Z")), depth(None)], ["fg:Z", "fg:Z"]);
+    assert_eq!([depth(Some("bg:Z")), depth(Some("bg.Z"))], ["bg:Z", "bg:Z"], "the name says the part");
+    let coc = Selection { coc_channel: Some("Z".into()), ..fg.clone() };
+    assert_eq!(document.select(&coc).unwrap().coc.unwrap().name, "fg:Z");
+    let red = document.select(&Selection { layers: vec!["R".into()], ..fg.clone() }).unwrap();
+    assert_eq!((red.channels.colors[0].part, red.channels.colors.len()), (1, 1));
+    let red = document.select(&Selection { layers: vec!["bg:R".into()], ..fg.clone() }).unwrap();
+    assert_eq!(red.channels.colors[0].part, 0);
+    let error = refused(&document, &Selection { depth_channel: Some("V".into()), ..fg.clone() });
+    assert!(error.contains("channel 'V' in part 'fg'") && error.contains("deep:V"), "{error}");
+    let error = refused(&document, &Selection { layers: vec!["V".into()], ..fg });
+    assert!(error.contains("layer 'V'"), "{error}");
+}
+
+#[test]
+fn a_parts_own_depth_comes_before_likelier_names_in_others() {
+    let channels = |depth: &str| [rgb(""), vec![float(depth, N, 1)]].concat();
+    let document = document(&file(
+        (20, 10),
+        vec![
+            named("bg", (20, 10), (0, 0), channels("Z")),
+            named("fg", (20, 10), (0, 0), channels("depth.Z")),
+        ],
+    ));
+    let fg = Selection { part: Some("fg".into()), ..Selection::default() };
+    assert_eq!(document.select(&fg).unwrap().depth.unwrap().name, "fg:depth.Z");
+}
+
 #[test]
 fn parts_of_other_windows_are_aligned() {
-    let named = |name: &str, size: (usize, usize), at, channels| {
-        let mut part = part(size, at, scan_lines(Compression::ZIP1), channels);
-        part.attributes.layer_name = Some(name.into());
-        part
-    };
     let bytes = file(
         (40, 30),
         vec![

@@ -50,17 +50,36 @@ impl Document {
         })
     }
 
-    pub(crate) fn named_channel(&self, name: &str, view: Option<&str>) -> FileResult<&Channel> {
+    /// Channels of this name in the chosen part, or in all of them where the name says its part itself. The same name in several
+    /// parts: the one for this eye, then the first.
+    fn named(&self, name: &str, view: Option<&str>, part: Option<&str>) -> Vec<&Channel> {
         let mut found = self.catalogue.named(name);
-        // The same name in several parts: the one for this eye, then the first.
+        found.retain(|channel| {
+            channel.name != name || part.is_none_or(|part| self.catalogue.is_part(channel.part, part))
+        });
         found.sort_by_key(|channel| channel.view.as_deref() != view);
-        found.first().copied().ok_or_else(|| FileError::NotFound {
+        found
+    }
+
+    pub(crate) fn named_channel(
+        &self,
+        name: &str,
+        view: Option<&str>,
+        part: Option<&str>,
+    ) -> FileResult<&Channel> {
+        self.named(name, view, part).first().copied().ok_or_else(|| FileError::NotFound {
             file: self.path().to_owned(),
-            what: format!("channel '{name}'"),
-            available: listed(
-                self.catalogue.channels.iter().map(|channel| self.catalogue.full_name(channel)),
-            ),
+            what: match part {
+                Some(part) => format!("channel '{name}' in part '{part}'"),
+                None => format!("channel '{name}'"),
+            },
+            available: self.all_channels(),
         })
+    }
+
+    /// The names of all channels, for a message.
+    fn all_channels(&self) -> String {
+        listed(self.catalogue.channels.iter().map(|channel| self.catalogue.full_name(channel)))
     }
 
     pub(crate) fn choose_layers(&self, selection: &Selection) -> FileResult<Chosen> {
@@ -109,8 +128,7 @@ impl Document {
                 if let Some(layer) = catalogue.layers.iter().find(|layer| catalogue.is_chroma(layer)) {
                     self.check_channel(&catalogue.channels[layer.channels[0]])?;
                 }
-                let names = listed(catalogue.channels.iter().map(|channel| catalogue.full_name(channel)));
-                return Err(missing("colour layer to blur".to_owned(), names));
+                return Err(missing("colour layer to blur".to_owned(), self.all_channels()));
             };
             let (colors, alpha) = self.all_of(beauty);
             return Ok(Chosen { layers: vec![beauty.clone()], colors, alpha, view });
@@ -138,8 +156,7 @@ impl Document {
                 chosen.add(layer, channels);
             }
             if found.is_empty() {
-                let mut named = catalogue.named(pattern);
-                named.sort_by_key(|channel| channel.view != chosen.view);
+                let named = self.named(pattern, chosen.view.as_deref(), selection.part.as_deref());
                 let Some(channel) = named.first() else {
                     let layers = catalogue.layers.iter().filter(|l| in_part(l) && in_view(l, &chosen.view));
                     let names = listed(layers.map(|layer| catalogue.layer_name(layer)));

@@ -138,14 +138,17 @@ impl Document {
         self.check_readable(chosen.colors.iter().chain(&chosen.alpha).copied())?;
         let window = self.joint_window(&chosen, selection.cover_display)?;
 
-        let coc = match &selection.coc_channel {
-            Some(name) => Some(self.named_channel(name, view.as_deref())?),
-            None => None,
-        };
+        let named = |name: &String| self.named_channel(name, view.as_deref(), selection.part.as_deref());
+        let coc = selection.coc_channel.as_ref().map(named).transpose()?;
         let depth = match &selection.depth_channel {
             _ if selection.without_depth || coc.is_some() => None,
-            Some(name) => Some(self.named_channel(name, view.as_deref())?),
-            None => self.find_depths(Some(first), view.as_deref()).first().copied(),
+            Some(name) => Some(named(name)?),
+            None => {
+                let found = self.find_depths(Some(first), view.as_deref());
+                // The depth of the part that was asked for, before likelier names in others.
+                let own = found.iter().find(|channel| selection.part.is_some() && channel.part == first);
+                own.or(found.first()).copied()
+            }
         };
         for channel in coc.iter().chain(&depth) {
             self.check_channel(channel)?;

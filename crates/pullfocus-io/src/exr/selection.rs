@@ -28,7 +28,8 @@ impl SampleType {
 pub struct Selection {
     /// The view of a multi-view file ("left"); none takes the file's default view.
     pub view: Option<String>,
-    /// The part by name or number (from 0); none looks in all parts.
+    /// The part by name or number (from 0); none looks in all parts. Names of channels mean that part's channels unless they say
+    /// another one ("part:Z").
     pub part: Option<String>,
     /// Layers to be blurred with the one lens, by name or pattern (`*` and `?`); empty takes the beauty alone.
     /// The unnamed layer (channels `R`, `G`, `B`) is called `rgba`; a channel's full name takes that channel.
