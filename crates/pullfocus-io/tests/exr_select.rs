@@ -192,6 +192,59 @@ fn a_channel_beside_its_layer_is_taken_once() {
 }
 
 #[test]
+fn a_file_of_depth_alone_is_depth() {
+    let vray = ["R", "G", "B"].map(|c| float(&format!("VRayZDepth.{c}"), N, c.len()));
+    let depth = ["R", "G", "B"].map(|c| float(&format!("depth.{c}"), N, c.len()));
+    for (channels, name) in [
+        (vec![float("Z", N, 1)], "Z"),
+        (vec![half("A", N, 2), float("Z", N, 1)], "Z"),
+        (vec![float("depth.Z", N, 1)], "depth.Z"),
+        (depth.into(), "depth.R"),
+        (vray.into(), "VRayZDepth.R"),
+        (vec![float("mono", N, 1)], "mono"),
+        ([rgb(""), vec![float("Z", N, 1)]].concat(), "Z"),
+    ] {
+        let document = one(channels);
+        let selected = document.select_depth(&Selection::default()).unwrap().unwrap();
+        assert_eq!(selected.depth.name, name);
+        let original = document.select(&Selection {
+            layers: vec![name.to_owned()],
+            without_depth: true,
+            ..Selection::default()
+        });
+        assert_eq!(selected.depth.plane, original.unwrap().picture.colors[0]);
+    }
+    let error = |document: Document, selection: &Selection| {
+        let select = document.select_depth(selection);
+        select.unwrap_err().to_string()
+    };
+    assert_eq!(one(rgb("")).select_depth(&Selection::default()).unwrap(), None);
+    let zz = Selection { depth_channel: Some("zz".into()), ..Selection::default() };
+    assert!(error(one(vec![float("Z", N, 1)]), &zz).contains("channel 'zz'"));
+    let (deep, chunk) = raw::deep_part();
+    let deep = document(&raw::assemble(0x802, &[deep], &[(0, chunk)]));
+    assert!(error(deep, &Selection::default()).contains("deep pictures"));
+    assert_eq!(document(MULTI).select_depth(&view("left")).unwrap().unwrap().depth.name, "depth_left:Z");
+}
+
+#[test]
+fn depth_is_taken_without_colour_where_that_is_enough() {
+    let enough = Selection { color_optional: true, ..Selection::default() };
+    let document = one(vec![float("depth.Z", N, 1), float("depth.size", N, 2)]);
+    let selected = document.select(&enough).unwrap();
+    assert_eq!((selected.picture.planes().count(), selected.frame.data.size), (0, Size::new(20, 10)));
+    assert_eq!(selected.depth.unwrap().name, "depth.Z");
+    assert_eq!(document.look(&enough).unwrap().0, selected.frame);
+    let coc = Selection { coc_channel: Some("depth.size".into()), ..enough.clone() };
+    assert_eq!(document.select(&coc).unwrap().coc.unwrap().name, "depth.size");
+    let both = one([rgb(""), vec![float("Z", N, 1)]].concat());
+    assert_eq!(both.select(&enough).unwrap(), both.select(&Selection::default()).unwrap());
+    let error = refused(&one(vec![half("A", N, 1), half("B.x", N, 1), half("B.y", N, 1)]), &enough);
+    assert!(error.contains("no colour layer and no depth channel"), "{error}");
+    assert!(refused(&document, &Selection { layers: vec!["rgba".into()], ..enough }).contains("'rgba'"));
+}
+
+#[test]
 fn a_layer_without_colour_is_refused() {
     let document = one([rgb(""), vec![float("depth.Z", N, 1), float("other.Z", N, 2)]].concat());
     for names in [&["depth"][..], &["other"], &["rgba", "depth"]] {

@@ -7,8 +7,8 @@ use pullfocus_io::exr::Contents;
 use pullfocus_io::images::{self, Bits, Encoding, Format, Stored};
 use pullfocus_io::output::{Existing, PendingFile};
 use pullfocus_io::{
-    AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType, Selection,
-    align_plane, write_exr,
+    AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType,
+    SelectedDepth, Selection, align_element, align_plane, write_exr,
 };
 use serde::Serialize;
 use std::borrow::Cow;
@@ -121,6 +121,8 @@ pub struct Depth {
     pub named: NamedPlane,
     /// Bits of the whole numbers that it was stored as, read as 0 to 1.
     pub bits: Option<u8>,
+    /// What its file says about the camera: the unit and the far clip are those of this depth.
+    pub camera: FoundCamera,
 }
 
 /// Reads depth from a file of its own, laid onto the picture's frame.
@@ -139,26 +141,20 @@ pub fn load_depth(
     }
     // The picture's layers are not in this file.
     let selection = Selection { layers: Vec::new(), part: None, coc_channel: None, ..selection.clone() };
-    let loaded = load(path, &selection, limits, cancel)?;
-    let depth = match loaded.depth {
-        Some(depth) => depth,
-        // A file that holds nothing but one grey channel is depth whatever its name.
-        None if loaded.picture.colors.len() == 1 => NamedPlane {
-            name: loaded.channel_names().concat(),
-            plane: loaded.picture.colors.into_iter().next().unwrap_or_default(),
-        },
-        None => {
-            return Err(Failure::failed(format!(
-                "{}: no depth channel was found; name it with --depth-channel ('pullfocus inspect' lists the channels)",
-                path.display()
-            )));
-        }
+    let document = Document::open(path, limits)?.with_cancel(cancel.clone());
+    let Some(SelectedDepth { frame: own, depth, camera }) = document.select_depth(&selection)? else {
+        return Err(Failure::failed(format!(
+            "{}: no depth channel was found; name it with --depth-channel ('pullfocus inspect' lists the channels)",
+            path.display()
+        )));
     };
-    if loaded.frame.display.size != frame.display.size {
-        return Err(wrong_size(path, loaded.frame.display.size, frame.display.size));
+    if own.display.size != frame.display.size {
+        return Err(wrong_size(path, own.display.size, frame.display.size));
     }
-    let plane = align_plane(depth.plane, loaded.frame.data, frame.data, f32::INFINITY)?;
-    Ok(Depth { named: NamedPlane { plane, ..depth }, bits: None })
+    let (_, plane) =
+        align_element(path, (Picture::default(), Some(depth.plane), &own), frame, f32::INFINITY)?;
+    let named = NamedPlane { plane: plane.unwrap_or_default(), name: depth.name };
+    Ok(Depth { named, bits: None, camera })
 }
 
 fn wrong_size(path: &Path, found: pullfocus_core::Size, expected: pullfocus_core::Size) -> Failure {
@@ -462,7 +458,8 @@ fn load_image_depth(path: &Path, frame: &Frame, limits: &Limits) -> Result<Depth
         Stored::Integer(bits) => Some(bits),
         Stored::Float => None,
     };
-    Ok(Depth { named: NamedPlane { name: "the first channel".into(), plane }, bits })
+    let named = NamedPlane { name: "the first channel".into(), plane };
+    Ok(Depth { named, bits, camera: FoundCamera::default() })
 }
 
 fn inspect_image(path: &Path, limits: &Limits) -> Result<Inspected> {

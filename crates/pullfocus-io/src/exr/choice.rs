@@ -82,6 +82,62 @@ impl Document {
         listed(self.catalogue.channels.iter().map(|channel| self.catalogue.full_name(channel)))
     }
 
+    /// Refuses a file whose layers are deep or stored for some of the pixels: why nothing was found in it.
+    fn check_flat(&self, wanted: impl Fn(&Layer) -> bool) -> FileResult<()> {
+        let catalogue = &self.catalogue;
+        let is_deep = |layer: &Layer| self.container.parts[layer.part].header.deep;
+        if catalogue.layers.iter().any(|layer| wanted(layer) && is_deep(layer)) {
+            return Err(deep(self.path()));
+        }
+        match catalogue.layers.iter().find(|layer| catalogue.is_chroma(layer)) {
+            Some(layer) => self.check_channel(&catalogue.channels[layer.channels[0]]),
+            None => Ok(()),
+        }
+    }
+
+    /// The channel that holds depth, for a file of which nothing else is wanted: the one that is named, else the likeliest, else the
+    /// one grey channel of a file that has no other picture, whatever its name.
+    pub(crate) fn depth_alone(&self, selection: &Selection) -> FileResult<Option<&Channel>> {
+        let anything = Selection { layers: Vec::new(), color_optional: true, ..selection.clone() };
+        let chosen = self.choose_layers(&anything)?;
+        let (view, part) = (chosen.view.as_deref(), selection.part.as_deref());
+        if let Some(name) = &selection.depth_channel {
+            return self.named_channel(name, view, part).map(Some);
+        }
+        let near = chosen.layers.first().map(|layer| layer.part);
+        let mut found = self.find_depths(near, view);
+        found.retain(|channel| part.is_none_or(|part| self.catalogue.is_part(channel.part, part)));
+        match (found.first(), chosen.colors.as_slice()) {
+            (Some(channel), _) => Ok(Some(channel)),
+            (None, &[grey]) => Ok(Some(&self.catalogue.channels[grey])),
+            (None, _) => {
+                self.check_flat(|layer| part.is_none_or(|part| self.catalogue.is_part(layer.part, part)))?;
+                Ok(None)
+            }
+        }
+    }
+
+    /// The part that a picture lies in: that of its first layer, else that of its depth or circles of confusion.
+    pub(crate) fn first_part(
+        &self,
+        chosen: &Chosen,
+        coc: Option<&Channel>,
+        selection: &Selection,
+    ) -> FileResult<usize> {
+        if let Some(layer) = chosen.layers.first() {
+            return Ok(layer.part);
+        }
+        let channel = match coc {
+            Some(channel) => Some(channel),
+            None => self.depth_alone(selection)?,
+        };
+        channel.map(|channel| channel.part).ok_or_else(|| FileError::NotFound {
+            file: self.path().to_owned(),
+            what: "colour layer and no depth channel".to_owned(),
+            available: self.all_channels(),
+        })
+    }
+
     pub(crate) fn choose_layers(&self, selection: &Selection) -> FileResult<Chosen> {
         let catalogue = &self.catalogue;
         let missing = |what: String, available: String| FileError::NotFound {
@@ -121,17 +177,14 @@ impl Document {
             view = beauty.and_then(|layer| layer.view.clone()).or_else(|| catalogue.views.first().cloned());
         }
         if selection.layers.is_empty() {
-            let Some(beauty) = beauty else {
-                if catalogue.layers.iter().any(|layer| in_part(layer) && deep_part(layer)) {
-                    return Err(deep(self.path()));
-                }
-                if let Some(layer) = catalogue.layers.iter().find(|layer| catalogue.is_chroma(layer)) {
-                    self.check_channel(&catalogue.channels[layer.channels[0]])?;
-                }
+            let mut chosen = Chosen { layers: vec![], colors: vec![], alpha: None, view };
+            if let Some(beauty) = beauty {
+                chosen.add(beauty, self.all_of(beauty));
+            } else if !selection.color_optional {
+                self.check_flat(in_part)?;
                 return Err(missing("colour layer to blur".to_owned(), self.all_channels()));
-            };
-            let (colors, alpha) = self.all_of(beauty);
-            return Ok(Chosen { layers: vec![beauty.clone()], colors, alpha, view });
+            }
+            return Ok(chosen);
         }
 
         let mut chosen = Chosen { layers: vec![], colors: vec![], alpha: None, view };

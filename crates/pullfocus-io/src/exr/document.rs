@@ -7,7 +7,7 @@ use crate::exr::container::Container;
 use crate::exr::contents::{Contents, DepthContents, PartContents};
 use crate::exr::names::{Catalogue, Channel, Layer};
 use crate::exr::pixels::{Target, read_planes};
-use crate::exr::selection::{ChannelSource, Channels, NamedPlane, Selected, Selection};
+use crate::exr::selection::{ChannelSource, Channels, NamedPlane, Selected, SelectedDepth, Selection};
 use crate::limits::Limits;
 use pullfocus_core::depth::{HALF_MAX, NOTHING_FROM};
 use pullfocus_core::{Cancel, Frame, Picture, Plane, Size, Window};
@@ -116,8 +116,8 @@ impl Document {
     /// [`FileError::NotFound`] for a view, part or layer that is not there.
     pub fn look(&self, selection: &Selection) -> FileResult<(Frame, FoundCamera)> {
         let chosen = self.choose_layers(selection)?;
-        let first = chosen.layers[0].part;
-        let window = self.joint_window(&chosen, selection.cover_display)?;
+        let first = self.first_part(&chosen, None, selection)?;
+        let window = self.joint_window(&chosen, first, selection.cover_display)?;
         Ok((self.frame(first, window), self.camera_of(first)))
     }
 
@@ -133,13 +133,13 @@ impl Document {
     /// for deep and chroma-subsampled pictures, [`FileError::Damaged`], [`FileError::TooLarge`], cancellation.
     pub fn select(&self, selection: &Selection) -> FileResult<Selected> {
         let chosen = self.choose_layers(selection)?;
-        let beauty = &chosen.layers[0];
-        let (first, view) = (beauty.part, chosen.view.clone());
+        let view = chosen.view.clone();
         self.check_readable(chosen.colors.iter().chain(&chosen.alpha).copied())?;
-        let window = self.joint_window(&chosen, selection.cover_display)?;
 
         let named = |name: &String| self.named_channel(name, view.as_deref(), selection.part.as_deref());
         let coc = selection.coc_channel.as_ref().map(named).transpose()?;
+        let first = self.first_part(&chosen, coc, selection)?;
+        let window = self.joint_window(&chosen, first, selection.cover_display)?;
         let depth = match &selection.depth_channel {
             _ if selection.without_depth || coc.is_some() => None,
             Some(name) => Some(named(name)?),
@@ -219,6 +219,24 @@ impl Document {
         })
     }
 
+    /// Takes depth alone out of the file, which need not hold a picture; none where no channel is depth.
+    ///
+    /// # Errors
+    /// As [`Document::select`].
+    pub fn select_depth(&self, selection: &Selection) -> FileResult<Option<SelectedDepth>> {
+        let Some(channel) = self.depth_alone(selection)? else { return Ok(None) };
+        self.check_channel(channel)?;
+        self.container.extents(|part, _| part == channel.part)?;
+        let window = self.container.parts[channel.part].window();
+        let mut plane = self.new_plane(window.size, 1, f32::INFINITY)?;
+        read_planes(&self.container, &mut [Target::new(channel, window, &mut plane)], &self.cancel)?;
+        Ok(Some(SelectedDepth {
+            frame: self.frame(channel.part, window),
+            depth: NamedPlane { name: self.catalogue.full_name(channel), plane },
+            camera: self.camera_of(channel.part),
+        }))
+    }
+
     fn frame(&self, part: usize, data: Window) -> Frame {
         let header = &self.container.parts[part].header;
         let shared = &header.shared_attributes;
@@ -250,13 +268,17 @@ impl Document {
         Ok(Plane::filled(size, fill)?)
     }
 
-    /// The smallest window that holds all parts with chosen channels.
-    fn joint_window(&self, chosen: &Chosen, cover_display: bool) -> FileResult<Window> {
+    /// The smallest window that holds all parts with chosen channels; the first part's, where none is chosen.
+    fn joint_window(&self, chosen: &Chosen, first: usize, cover_display: bool) -> FileResult<Window> {
         let ids = chosen.colors.iter().chain(&chosen.alpha);
+        let mut parts: Vec<usize> = ids.map(|&id| self.catalogue.channels[id].part).collect();
+        if parts.is_empty() {
+            parts.push(first);
+        }
         let mut windows: Vec<Window> =
-            ids.map(|&id| self.container.parts[self.catalogue.channels[id].part].window()).collect();
+            parts.into_iter().map(|part| self.container.parts[part].window()).collect();
         if cover_display {
-            let header = &self.container.parts[chosen.layers[0].part].header;
+            let header = &self.container.parts[first].header;
             windows.push(crate::exr::container::window(header.shared_attributes.display_window));
         }
         let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);

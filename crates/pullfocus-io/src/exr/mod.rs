@@ -35,5 +35,5 @@ pub use contents::{
     AttributeContents, ChannelContents, Contents, DepthContents, LayerContents, PartContents, WindowContents,
 };
 pub use document::Document;
-pub use selection::{ChannelSource, Channels, NamedPlane, SampleType, Selected, Selection};
+pub use selection::{ChannelSource, Channels, NamedPlane, SampleType, Selected, SelectedDepth, Selection};
 pub use simple::{AttributeValue, write_exr};
