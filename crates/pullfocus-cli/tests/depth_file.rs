@@ -3,11 +3,11 @@
 mod common;
 
 use common::{Folder, HEIGHT, WIDTH, ok, pullfocus, refused};
-use pullfocus_io::{Document, Limits};
+use pullfocus_io::{AttributeValue, Document, Limits};
 use std::fs;
 
 const LENS: [&str; 8] =
-    ["--focus-distance", "2", "--f-stop", "2", "--focal-length", "50", "--sensor-width", "36"];
+    ["--focus-distance", "2", "--f-stop", "0.5", "--focal-length", "50", "--sensor-width", "36"];
 
 #[test]
 fn a_file_of_depth_alone_is_a_depth_file() {
@@ -22,7 +22,7 @@ fn a_file_of_depth_alone_is_a_depth_file() {
         ("vray.exr", &["VRayZDepth.R", "VRayZDepth.G", "VRayZDepth.B"]),
         ("mono.exr", &["mono"]),
     ] {
-        let depth = folder.depth(name, channels, 1.0);
+        let depth = folder.depth(name, channels);
         let arguments = ["render", &photo, "--depth-file", &depth, "-o", &output, "--overwrite"];
         ok(pullfocus([&arguments, &LENS[..]].concat()));
         results.push(fs::read(&output).unwrap());
@@ -42,7 +42,7 @@ fn a_file_of_depth_alone_is_a_depth_file() {
 #[test]
 fn circles_need_no_colour() {
     let folder = Folder::new();
-    let depth = folder.depth("z.exr", &["depth.Z"], 1.0);
+    let depth = folder.depth("z.exr", &["depth.Z"]);
     let [seen, channel] = ["seen.png", "coc.exr"].map(|name| folder.path(name));
     for output in [&seen, &channel] {
         ok(pullfocus([&["coc", &depth, "-o", output], &LENS[..]].concat()));
@@ -55,4 +55,46 @@ fn circles_need_no_colour() {
     assert_eq!((picture.size().width, picture.size().height), (WIDTH, HEIGHT));
     let told = ok(pullfocus(["inspect", &depth]));
     assert!(told.contains("render PICTURE.exr --depth-file ") && !told.contains("--channels"), "{told}");
+}
+
+/// The picture of a run with this depth file, and what it told.
+fn with_depth(folder: &Folder, input: &str, depth: &str, flags: &[&str]) -> (Vec<u8>, serde_json::Value) {
+    let output = folder.path("out.png");
+    let arguments = ["render", input, "--depth-file", depth, "-o", &output, "--overwrite", "--json"];
+    let told = ok(pullfocus([&arguments, &LENS[..], flags].concat()));
+    (fs::read(output).unwrap(), serde_json::from_str(&told).unwrap())
+}
+
+#[test]
+fn unit_and_far_clip_are_those_of_the_file_with_the_depth() {
+    let folder = Folder::new();
+    let attributes = [
+        ("unreal/camera/FinalImage/fov", AttributeValue::Text("40".into())),
+        ("cameraFarClip", AttributeValue::Float(300.0)),
+    ];
+    let (plain, unreal) = (folder.frame("plain.exr", 1), folder.frame_with("unreal.exr", &attributes));
+    let metres = folder.depth("m.exr", &["Z"]);
+    let centimetres = folder.depth_at("cm.exr", &["Z"], [0, 0], 0.01, &attributes);
+    let (expected, told) = with_depth(&folder, &plain, &metres, &[]);
+    assert!(!told["frames"][0]["camera"].to_string().contains("depth"), "{told}");
+    // The picture's own unit and far clip are those of its own depth.
+    let (seen, told) = with_depth(&folder, &unreal, &metres, &[]);
+    assert!(seen == expected && !told["frames"][0]["camera"].to_string().contains("depth unit"), "{told}");
+    // Centimetres, and nothing at 4 m, beyond the far clip.
+    let (seen, told) = with_depth(&folder, &plain, &centimetres, &[]);
+    let (clipped, _) = with_depth(&folder, &plain, &metres, &["--depth-far-clip", "3"]);
+    let values = told["frames"][0]["camera"].to_string();
+    assert!(seen == clipped, "{values}");
+    assert!(seen != expected, "the wall at 4 m");
+    assert!(values.contains("depth unit") && values.contains("depth far clip"), "{values}");
+}
+
+#[test]
+fn a_depth_file_is_laid_onto_the_pictures_display_window() {
+    let folder = Folder::new();
+    let frame = folder.frame("frame.exr", 1);
+    let (here, there) =
+        (folder.depth("here.exr", &["Z"]), folder.depth_at("there.exr", &["Z"], [100, -50], 1.0, &[]));
+    let [here, there] = [here, there].map(|depth| with_depth(&folder, &frame, &depth, &[]).0);
+    assert!(here == there);
 }

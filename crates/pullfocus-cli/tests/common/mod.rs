@@ -89,6 +89,11 @@ impl Folder {
         self.write(name, Size::new(WIDTH, HEIGHT), 1, &camera)
     }
 
+    /// A frame with these attributes.
+    pub fn frame_with(&self, name: &str, attributes: &[(&str, AttributeValue)]) -> String {
+        self.write(name, Size::new(WIDTH, HEIGHT), 1, attributes)
+    }
+
     fn write(&self, name: &str, size: Size, seed: usize, attributes: &[(&str, AttributeValue)]) -> String {
         let color = |shift| texture(size, seed + shift);
         let (r, g, b) = (color(0), color(1), color(2));
@@ -172,16 +177,33 @@ impl Folder {
         path
     }
 
-    /// Depth alone, half of it at 1 m and half at 4 m, in the unit of which one has so many metres.
-    pub fn depth(&self, name: &str, channels: &[&str], unit_m: f32) -> String {
+    /// Depth alone, half of it at 1 m and half at 4 m.
+    pub fn depth(&self, name: &str, channels: &[&str]) -> String {
+        self.depth_at(name, channels, [0, 0], 1.0, &[])
+    }
+
+    /// Depth alone in a display window that begins at `at`, in units of so many metres.
+    pub fn depth_at(
+        &self,
+        name: &str,
+        channels: &[&str],
+        [x, y]: [i32; 2],
+        unit_m: f32,
+        attributes: &[(&str, AttributeValue)],
+    ) -> String {
         let size = Size::new(WIDTH, HEIGHT);
         let halves = |x: usize, _| if 2 * x < WIDTH { 1.0 / unit_m } else { 4.0 / unit_m };
         let z = Plane::from_fn(size, halves).unwrap();
         let planes: Vec<_> = channels.iter().map(|&name| (name, &z, SampleType::Float)).collect();
-        self.exr(name, size, &planes, &[])
+        let window = Window { x, y, size };
+        let frame = Frame { display: window, data: window, ..Frame::full(size) };
+        let path = self.path(name);
+        let out = BufWriter::new(File::create(&path).unwrap());
+        write_exr(out, &frame, &planes, attributes).unwrap();
+        path
     }
 
-    pub fn exr(
+    fn exr(
         &self,
         name: &str,
         size: Size,
