@@ -69,7 +69,7 @@ fn with_depth(folder: &Folder, input: &str, depth: &str, flags: &[&str]) -> (Vec
 fn unit_and_far_clip_are_those_of_the_file_with_the_depth() {
     let folder = Folder::new();
     let attributes = [
-        ("unreal/camera/FinalImage/fov", AttributeValue::Text("40".into())),
+        ("unreal/camera/FinalImage/fstop", AttributeValue::Text("8".into())),
         ("cameraFarClip", AttributeValue::Float(300.0)),
     ];
     let (plain, unreal) = (folder.frame("plain.exr", 1), folder.frame_with("unreal.exr", &attributes));
@@ -97,4 +97,26 @@ fn a_depth_file_is_laid_onto_the_pictures_display_window() {
         (folder.depth("here.exr", &["Z"]), folder.depth_at("there.exr", &["Z"], [100, -50], 1.0, &[]));
     let [here, there] = [here, there].map(|depth| with_depth(&folder, &frame, &depth, &[]).0);
     assert!(here == there);
+}
+
+#[test]
+fn a_view_is_no_matter_of_files_without_views() {
+    let folder = Folder::new();
+    let eyes = folder.eyes("eyes.exr");
+    let mono = folder.frame("mono.exr", 1);
+    let depth = folder.depth("z.exr", &["Z"]);
+    let (expected, _) = with_depth(&folder, &mono, &depth, &[]);
+    // The right eye is the frame, the left one is dark.
+    let (right, _) = with_depth(&folder, &eyes, &depth, &["--view", "right"]);
+    let (left, _) = with_depth(&folder, &eyes, &depth, &["--view", "left"]);
+    assert!(right == expected && left != expected);
+    let (plain, _) = with_depth(&folder, &mono, &eyes, &["--view", "right"]);
+    assert!(!plain.is_empty());
+    let (near, far) = folder.layers("near.exr", "far.exr");
+    let output = folder.path("layers.exr");
+    let layers = ["--foreground", &near, "--behind", &far, "--view", "right", "--overwrite"];
+    ok(pullfocus([&["render", &eyes, "-o", &output], &layers[..], &LENS[..]].concat()));
+    // Where no file has views, it is a mistake.
+    let said = refused(1, pullfocus([&["render", &mono, "-o", &output], &layers[..], &LENS[..]].concat()));
+    assert!(said.contains("view 'right'") && said.contains("leave the view out"), "{said}");
 }

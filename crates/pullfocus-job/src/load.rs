@@ -91,6 +91,20 @@ pub fn load(job: &Job, files: &FrameFiles, cancel: &Cancel) -> Result<LoadedFram
     .map(|frame| LoadedFrame { warnings, ..frame })
 }
 
+/// What is taken out of one of a frame's files. A view is no matter of files that have none, where another one has.
+fn selection(job: &Job, files: &FrameFiles, path: &Path) -> Result<Selection> {
+    let mut selection = job.selection.clone();
+    if selection.view.is_some() && !storage::has_views(path, &job.limits)? {
+        for other in files.read().filter(|other| *other != path) {
+            if storage::has_views(other, &job.limits)? {
+                selection.view = None;
+                break;
+            }
+        }
+    }
+    Ok(selection)
+}
+
 fn load_single(
     job: &Job,
     files: &FrameFiles,
@@ -98,16 +112,17 @@ fn load_single(
     cancel: &Cancel,
 ) -> Result<LoadedFrame> {
     let Some(input) = &files.input else { return Err(Failure::usage("give IN, the picture to blur")) };
-    let selection = Selection {
+    let wanted = Selection {
         without_depth: files.depth_file.is_some() && job.selection.coc_channel.is_none(),
-        ..job.selection.clone()
+        ..selection(job, files, input)?
     };
-    let mut loaded = storage::load(input, &selection, &job.limits, cancel)?;
+    let mut loaded = storage::load(input, &wanted, &job.limits, cancel)?;
     note_camera(&loaded, warnings);
     let (named, from, of_depth) = match (loaded.coc.take(), &files.depth_file, loaded.depth.take()) {
         (Some(coc), _, _) => (coc, input.as_path(), loaded.camera.clone()),
         (None, Some(file), _) => {
-            let depth = storage::load_depth(file, &job.selection, &loaded.frame, &job.limits, cancel)?;
+            let wanted = selection(job, files, file)?;
+            let depth = storage::load_depth(file, &wanted, &loaded.frame, &job.limits, cancel)?;
             note_bits(job, file, depth.bits, warnings);
             (depth.named, file.as_path(), depth.camera)
         }
@@ -145,17 +160,16 @@ fn load_layers(
     cancel: &Cancel,
 ) -> Result<LoadedFrame> {
     // A part belongs to one file; the other files have their own.
-    let others = match &files.input {
-        Some(_) => Selection { part: None, ..job.selection.clone() },
-        None => job.selection.clone(),
-    };
-    let near_selection = Selection { part: None, ..job.selection.clone() };
-    let mut far = storage::load(behind, &others, &job.limits, cancel)?;
-    let mut near = storage::load(foreground, &near_selection, &job.limits, cancel)?;
+    let part = job.selection.part.clone().filter(|_| files.input.is_none());
+    let of_far = Selection { part, ..selection(job, files, behind)? };
+    let of_near = Selection { part: None, ..selection(job, files, foreground)? };
+    let mut far = storage::load(behind, &of_far, &job.limits, cancel)?;
+    let mut near = storage::load(foreground, &of_near, &job.limits, cancel)?;
     let target = match &files.input {
         Some(input) => {
-            let selection = Selection { without_depth: true, coc_channel: None, ..job.selection.clone() };
-            Some(storage::load(input, &selection, &job.limits, cancel)?)
+            let wanted =
+                Selection { without_depth: true, coc_channel: None, ..selection(job, files, input)? };
+            Some(storage::load(input, &wanted, &job.limits, cancel)?)
         }
         None => None,
     };

@@ -114,6 +114,14 @@ pub fn look(path: &Path, selection: &Selection, limits: &Limits) -> Result<(Fram
     Ok(Document::open(path, limits)?.look(selection)?)
 }
 
+/// Whether a file has views to choose from, by its header.
+///
+/// # Errors
+/// As [`load`].
+pub fn has_views(path: &Path, limits: &Limits) -> Result<bool> {
+    Ok(is_exr_content(path)? && !Document::open(path, limits)?.views().is_empty())
+}
+
 /// Depth from a file of its own.
 #[derive(Debug)]
 pub struct Depth {

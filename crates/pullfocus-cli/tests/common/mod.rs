@@ -110,6 +110,27 @@ impl Folder {
         self.exr(name, size, &planes, attributes)
     }
 
+    /// A frame for the right eye, and darkness for the left one.
+    pub fn eyes(&self, name: &str) -> String {
+        let size = Size::new(WIDTH, HEIGHT);
+        let [r, g, b] = [0, 1, 2].map(|shift| texture(size, 1 + shift));
+        let dark = Plane::filled(size, 0.0).unwrap();
+        let z = Plane::from_fn(size, |x, _| depth(x, size)).unwrap();
+        let (half, float) = (SampleType::Half, SampleType::Float);
+        let planes = [
+            ("R", &r, half),
+            ("G", &g, half),
+            ("B", &b, half),
+            ("Z", &z, float),
+            ("left.R", &dark, half),
+            ("left.G", &dark, half),
+            ("left.B", &dark, half),
+            ("left.Z", &z, float),
+        ];
+        let views = AttributeValue::Texts(vec!["right".into(), "left".into()]);
+        self.exr(name, size, &planes, &[("multiView", views)])
+    }
+
     /// A frame with pixels for a part of its display window.
     pub fn cropped_frame(&self, name: &str) -> String {
         let size = Size::new(WIDTH, HEIGHT);
