@@ -1,6 +1,8 @@
 //! Depth in a file of its own.
 
 mod common;
+#[path = "../../pullfocus-io/tests/common/raw.rs"]
+mod raw;
 
 use common::{Folder, HEIGHT, WIDTH, ok, pullfocus, refused};
 use pullfocus_io::{AttributeValue, Document, Limits};
@@ -119,4 +121,48 @@ fn a_view_is_no_matter_of_files_without_views() {
     // Where no file has views, it is a mistake.
     let said = refused(1, pullfocus([&["render", &mono, "-o", &output], &layers[..], &LENS[..]].concat()));
     assert!(said.contains("view 'right'") && said.contains("leave the view out"), "{said}");
+}
+
+/// Two parts of 4 x 2 pixels with the same channels.
+fn parts_alike(folder: &Folder) -> String {
+    let part = |name: &str| {
+        let channels = [("B", 1, [1, 1]), ("G", 1, [1, 1]), ("R", 1, [1, 1]), ("Z", 2, [1, 1])];
+        let mut attributes = raw::required("scanlineimage", [0, 0, 3, 1], &channels);
+        attributes.push(raw::text("name", name));
+        attributes.push(("chunkCount".to_owned(), "int".to_owned(), raw::ints(&[2])));
+        attributes
+    };
+    let line = |y| {
+        // 0.5 as halves, 1 as floats.
+        let pixels = [0x3800u16.to_le_bytes().repeat(12), 1f32.to_le_bytes().repeat(4)].concat();
+        raw::scan_line(y, &pixels)
+    };
+    let chunks = [(0, line(0)), (0, line(1)), (1, line(0)), (1, line(1))];
+    let path = folder.path("parts.exr");
+    fs::write(&path, raw::assemble(0x1002, &[part("bg"), part("fg")], &chunks)).unwrap();
+    path
+}
+
+#[test]
+fn channels_of_parts_that_are_called_alike_are_told_apart() {
+    let folder = Folder::new();
+    let (parts, output, png) = (parts_alike(&folder), folder.path("coc.exr"), folder.path("coc.png"));
+    let settings = folder.path("c.toml");
+    fs::write(&settings, "channels = ['bg', 'fg']").unwrap();
+    for output in [&output, &png] {
+        ok(pullfocus([&["coc", &parts, "-o", output, "--config", &settings], &LENS[..]].concat()));
+    }
+    let contents = Document::open(&output, &Limits::default()).unwrap().contents();
+    let layers = &contents.parts[0].layers;
+    let names: Vec<_> = layers.iter().flat_map(|layer| &layer.channels).map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["bg.B", "bg.G", "bg.R", "coc", "fg.B", "fg.G", "fg.R"]);
+    let blurred = folder.path("blurred.exr");
+    let arguments = ["render", &output, "-o", &blurred, "--coc-channel", "coc", "--channels", "bg,fg"];
+    ok(pullfocus(arguments));
+    // Names that are clear stay as they are.
+    let one = folder.path("one.exr");
+    let told = ok(pullfocus([&["coc", &parts, "-o", &one, "--part", "fg"], &LENS[..]].concat()));
+    assert!(told.contains("one.exr"));
+    let contents = Document::open(&one, &Limits::default()).unwrap().contents();
+    assert!(contents.parts[0].layers.iter().any(|layer| layer.channels.iter().any(|c| c.name == "R")));
 }

@@ -3,7 +3,7 @@
 use crate::draw::Canvas;
 use crate::failure::{Failure, Result};
 use pullfocus_core::{Cancel, Frame, Picture, Plane, Window};
-use pullfocus_io::exr::Contents;
+use pullfocus_io::exr::{ChannelSource, Contents};
 use pullfocus_io::images::{self, Bits, Encoding, Format, Stored};
 use pullfocus_io::output::{Existing, PendingFile};
 use pullfocus_io::{
@@ -12,6 +12,7 @@ use pullfocus_io::{
 };
 use serde::Serialize;
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -51,12 +52,20 @@ enum Origin {
 }
 
 impl Loaded {
-    /// Names of the planes of its picture.
+    /// Names of the planes of its picture, no two alike: with their parts before them ("bg.R") where channels of several parts have
+    /// the same.
     pub fn channel_names(&self) -> Vec<String> {
-        match &self.origin {
-            Origin::Exr { channels, .. } => channels.all().map(|source| source.name.clone()).collect(),
-            Origin::Image { names } => names.clone(),
-        }
+        let (document, channels) = match &self.origin {
+            Origin::Exr { document, channels } => (document, channels),
+            Origin::Image { names } => return names.clone(),
+        };
+        let names: HashSet<&str> = channels.all().map(|source| source.name.as_str()).collect();
+        let alike = names.len() < channels.all().count();
+        let name = |source: &ChannelSource| match alike {
+            true => format!("{}.{}", document.part_name(source.part), source.name),
+            false => source.name.clone(),
+        };
+        channels.all().map(name).collect()
     }
 
     /// How many colour planes its picture has, or had before they were moved into a scene.

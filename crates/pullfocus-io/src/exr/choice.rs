@@ -157,8 +157,7 @@ impl Document {
         if let Some(part) = &selection.part
             && !(0..self.container.parts.len()).any(|index| catalogue.is_part(index, part))
         {
-            let names = catalogue.part_names.iter().enumerate();
-            let names = names.map(|(i, name)| name.clone().unwrap_or_else(|| i.to_string()));
+            let names = (0..self.container.parts.len()).map(|part| catalogue.part_name(part));
             return Err(missing(format!("part '{part}'"), listed(names)));
         }
         let in_part =

@@ -62,6 +62,11 @@ impl Document {
         &self.catalogue.views
     }
 
+    /// A part's name, or its number where it has none.
+    pub fn part_name(&self, part: usize) -> String {
+        self.catalogue.part_name(part)
+    }
+
     /// What the attributes say about the camera, from the first part on.
     pub fn camera(&self) -> FoundCamera {
         self.container
