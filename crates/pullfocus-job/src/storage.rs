@@ -424,18 +424,21 @@ pub enum Inspected {
     },
 }
 
-/// Looks into a file.
+/// Looks into a file. An OpenEXR file whose pixels cannot be read (it is damaged, or still being rendered) has a header to
+/// tell of: what is wrong with the pixels comes beside it.
 ///
 /// # Errors
 /// Files that cannot be read.
-pub fn inspect(path: &Path, limits: &Limits) -> Result<Inspected> {
+pub fn inspect(path: &Path, limits: &Limits) -> Result<(Inspected, Option<Failure>)> {
     if !is_exr_content(path)? {
-        return inspect_image(path, limits);
+        return Ok((inspect_image(path, limits)?, None));
     }
     let document = Document::open(path, limits)?;
-    // A file whose pixels cannot be read (deep ones, damaged ones) still has a header to tell of.
-    let contents = document.inspect()?;
-    Ok(Inspected::Exr(Box::new(contents)))
+    let (contents, wrong) = match document.inspect() {
+        Ok(contents) => (contents, None),
+        Err(error) => (document.contents(), Some(error.into())),
+    };
+    Ok((Inspected::Exr(Box::new(contents)), wrong))
 }
 
 /// Whether the file begins as OpenEXR does.
