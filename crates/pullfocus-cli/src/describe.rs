@@ -22,6 +22,9 @@ pub fn lines(contents: &Contents) -> Vec<String> {
     }
     match &contents.beauty {
         Some(beauty) => lines.push(format!("  picture: {beauty}")),
+        None if is_depth_alone(contents) => {
+            lines.push("  picture: none; it is depth for another file".into())
+        }
         None => lines.push("  picture: none found; choose layers with --channels".into()),
     }
     match &contents.depth_channel {
@@ -131,11 +134,15 @@ pub fn suggestion(path: &Path, contents: &Contents) -> Option<String> {
     if contents.parts.iter().all(is_deep) {
         return None;
     }
-    let mut words = vec!["pullfocus render".to_owned(), quoted(&path.display().to_string())];
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    words.push(format!("-o {}", quoted(&format!("{stem}_blurred.exr"))));
-    if contents.beauty.is_none() {
-        words.push("--channels LAYER".into());
+    let mut words = vec!["pullfocus render".to_owned()];
+    let (file, stem) = (quoted(&path.display().to_string()), path.file_stem().unwrap_or_default());
+    if is_depth_alone(contents) {
+        words.push(format!("PICTURE.exr --depth-file {file} -o PICTURE_blurred.exr"));
+    } else {
+        words.push(format!("{file} -o {}", quoted(&format!("{}_blurred.exr", stem.to_string_lossy()))));
+        if contents.beauty.is_none() {
+            words.push("--channels LAYER".into());
+        }
     }
     if holds_coc(contents) {
         words.push(format!("--coc-channel {COC_CHANNEL}"));
@@ -168,6 +175,11 @@ pub fn suggestion(path: &Path, contents: &Contents) -> Option<String> {
         words.push("--sensor-width 36".into());
     }
     Some(words.join(" "))
+}
+
+/// Whether the file holds depth and no picture.
+fn is_depth_alone(contents: &Contents) -> bool {
+    contents.beauty.is_none() && contents.depth_channel.is_some()
 }
 
 /// Whether `pullfocus coc` wrote this: circles of confusion take the place of depth and lens.

@@ -94,6 +94,15 @@ fn failures_are_one_sentence_and_exit_1() {
     assert!(error.contains("damaged.exr"), "{error}");
     assert_eq!(error.trim_end().lines().count(), 1, "{error}");
 
+    let (status, told, error) = pullfocus(["inspect", &damaged]);
+    assert_eq!(status, 1, "{error}");
+    assert!(told.contains("48 x 32") && told.contains("depth: Z") && !told.contains("go on with"), "{told}");
+    assert!(error.contains("damaged.exr") && error.trim_end().lines().count() == 1, "{error}");
+    let (_, json, _) = pullfocus(["inspect", "--json", &damaged]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["files"][0]["contents"]["exr"]["depth_channel"], "Z");
+    assert!(json["files"][0]["error"].as_str().unwrap().contains("damaged.exr"), "{json}");
+
     let flat = folder.picture("flat.png");
     let error = refused(1, pullfocus([&["render", &flat, "-o", &output], &LENS[..]].concat()));
     assert!(error.contains("--depth-file"), "{error}");

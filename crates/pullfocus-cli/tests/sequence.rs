@@ -120,6 +120,40 @@ fn a_still_is_held_under_a_moving_lens() {
 }
 
 #[test]
+fn a_stills_name_may_end_in_a_version() {
+    let folder = Folder::new();
+    let shot = folder.path("pull.toml");
+    fs::write(
+        &shot,
+        "f-stop = 2\nfocal-length = 50\nsensor-width = 36\n[[key]]\nframe = 1001\nfocus-distance = 1\n\
+         [[key]]\nframe = 1004\nfocus-distance = 3\n",
+    )
+    .unwrap();
+    for name in ["plate_v02", "still_4k", "sh010"] {
+        let (still, output) =
+            (folder.frame(&format!("{name}.exr"), 1), folder.path(&format!("{name}.o.####.exr")));
+        ok(pullfocus(["render", &still, "-o", &output, "--shot", &shot]));
+        let there = |number: usize| folder.has(&format!("{name}.o.{number:04}.exr"));
+        assert_eq!(
+            [2, 4, 10, 1001, 1002, 1003, 1004].map(there),
+            [false, false, false, true, true, true, true]
+        );
+        // No frame of the pull says which lens.
+        let one = folder.path("one.exr");
+        let said = refused(2, pullfocus(["render", &still, "-o", &one, "--shot", &shot]));
+        assert!(said.contains("no frame with a number") && said.contains(name), "{said}");
+    }
+    // A frame of the sequence is that frame.
+    let (frame, output) = (folder.frame("f.1002.exr", 1), folder.path("f.o.####.exr"));
+    ok(pullfocus(["render", &frame, "-o", &output, "--shot", &shot]));
+    let there = |number: usize| folder.has(&format!("f.o.{number}.exr"));
+    assert_eq!([1001, 1002, 1003].map(there), [false, true, false]);
+    let one = folder.path("one.exr");
+    let told = ok(pullfocus(["render", &frame, "-o", &one, "--shot", &shot, "--json"]));
+    assert!(told.contains("keys at frame 1002"), "{told}");
+}
+
+#[test]
 fn reports_come_in_the_order_of_the_frames() {
     let folder = Folder::new();
     frames(&folder, 5);

@@ -29,6 +29,6 @@ pub use align::{align_element, align_plane};
 pub use error::{FileError, FileResult};
 pub use exr::{
     AttributeValue, Channels, Contents, Document, Found, FoundCamera, NamedPlane, SampleType, Selected,
-    Selection, write_exr,
+    SelectedDepth, Selection, write_exr,
 };
 pub use limits::Limits;

@@ -181,6 +181,81 @@ fn layers_are_chosen_by_name_and_pattern() {
 }
 
 #[test]
+fn a_channel_beside_its_layer_is_taken_once() {
+    let document = one([rgb(""), vec![half("A", N, 4), half("mask.A", N, 5)]].concat());
+    assert_eq!(names(&document, &layers(&["R", "rgba"])), ["R", "G", "B", "A"]);
+    assert_eq!(names(&document, &layers(&["A", "rgba"])), ["R", "G", "B", "A"]);
+    assert_eq!(names(&document, &layers(&["rgba", "R", "A"])), ["R", "G", "B", "A"]);
+    assert_eq!(names(&document, &layers(&["mask", "rgba"])), ["mask.A", "R", "G", "B", "A"]);
+    let masks = document.select(&layers(&["mask"])).unwrap().picture;
+    assert_eq!((masks.colors.len(), masks.alpha), (1, None));
+}
+
+#[test]
+fn a_file_of_depth_alone_is_depth() {
+    let vray = ["R", "G", "B"].map(|c| float(&format!("VRayZDepth.{c}"), N, c.len()));
+    let depth = ["R", "G", "B"].map(|c| float(&format!("depth.{c}"), N, c.len()));
+    for (channels, name) in [
+        (vec![float("Z", N, 1)], "Z"),
+        (vec![half("A", N, 2), float("Z", N, 1)], "Z"),
+        (vec![float("depth.Z", N, 1)], "depth.Z"),
+        (depth.into(), "depth.R"),
+        (vray.into(), "VRayZDepth.R"),
+        (vec![float("mono", N, 1)], "mono"),
+        ([rgb(""), vec![float("Z", N, 1)]].concat(), "Z"),
+    ] {
+        let document = one(channels);
+        let selected = document.select_depth(&Selection::default()).unwrap().unwrap();
+        assert_eq!(selected.depth.name, name);
+        let original = document.select(&Selection {
+            layers: vec![name.to_owned()],
+            without_depth: true,
+            ..Selection::default()
+        });
+        assert_eq!(selected.depth.plane, original.unwrap().picture.colors[0]);
+    }
+    let error = |document: Document, selection: &Selection| {
+        let select = document.select_depth(selection);
+        select.unwrap_err().to_string()
+    };
+    assert_eq!(one(rgb("")).select_depth(&Selection::default()).unwrap(), None);
+    let zz = Selection { depth_channel: Some("zz".into()), ..Selection::default() };
+    assert!(error(one(vec![float("Z", N, 1)]), &zz).contains("channel 'zz'"));
+    let (deep, chunk) = raw::deep_part();
+    let deep = document(&raw::assemble(0x802, &[deep], &[(0, chunk)]));
+    assert!(error(deep, &Selection::default()).contains("deep pictures"));
+    assert_eq!(document(MULTI).select_depth(&view("left")).unwrap().unwrap().depth.name, "depth_left:Z");
+}
+
+#[test]
+fn depth_is_taken_without_colour_where_that_is_enough() {
+    let enough = Selection { color_optional: true, ..Selection::default() };
+    let document = one(vec![float("depth.Z", N, 1), float("depth.size", N, 2)]);
+    let selected = document.select(&enough).unwrap();
+    assert_eq!((selected.picture.planes().count(), selected.frame.data.size), (0, Size::new(20, 10)));
+    assert_eq!(selected.depth.unwrap().name, "depth.Z");
+    assert_eq!(document.look(&enough).unwrap().0, selected.frame);
+    let coc = Selection { coc_channel: Some("depth.size".into()), ..enough.clone() };
+    assert_eq!(document.select(&coc).unwrap().coc.unwrap().name, "depth.size");
+    let both = one([rgb(""), vec![float("Z", N, 1)]].concat());
+    assert_eq!(both.select(&enough).unwrap(), both.select(&Selection::default()).unwrap());
+    let error = refused(&one(vec![half("A", N, 1), half("B.x", N, 1), half("B.y", N, 1)]), &enough);
+    assert!(error.contains("no colour layer and no depth channel"), "{error}");
+    assert!(refused(&document, &Selection { layers: vec!["rgba".into()], ..enough }).contains("'rgba'"));
+}
+
+#[test]
+fn a_layer_without_colour_is_refused() {
+    let document = one([rgb(""), vec![float("depth.Z", N, 1), float("other.Z", N, 2)]].concat());
+    for names in [&["depth"][..], &["other"], &["rgba", "depth"]] {
+        let error = refused(&document, &layers(names));
+        assert!(error.contains(&format!("layer '{}' holds no colour", names[names.len() - 1])), "{error}");
+        assert!(document.look(&layers(names)).is_err());
+    }
+    assert_eq!(names(&document, &layers(&["depth.Z"])), ["depth.Z"], "who says so may blur it");
+}
+
+#[test]
 fn pictures_without_red_green_and_blue() {
     assert_eq!(names(&one(vec![half("Y", N, 1), float("Z", N, 2)]), &Selection::default()), ["Y"]);
     assert_eq!(names(&one(vec![half("mono", N, 1)]), &Selection::default()), ["mono"]);
@@ -232,13 +307,63 @@ fn a_deep_part_beside_a_flat_one_is_carried_along() {
     assert_eq!(out[out.len() - 12..], two);
 }
 
+fn named(name: &str, size: (usize, usize), at: (i32, i32), channels: Vec<Channel>) -> Part {
+    let mut part = part(size, at, scan_lines(Compression::ZIP1), channels);
+    part.attributes.layer_name = Some(name.into());
+    part
+}
+
+/// Two parts with the same channels, and one with depth alone.
+fn parts_alike() -> Document {
+    let channels = |depth: &str, seed| [rgb(""), vec![float(depth, N, seed)]].concat();
+    document(&file(
+        (20, 10),
+        vec![
+            named("bg", (20, 10), (0, 0), channels("Z", 1)),
+            named("fg", (20, 10), (0, 0), channels("Z", 2)),
+            named("deep", (20, 10), (0, 0), vec![float("depth.Z", N, 3), float("V", N, 4)]),
+        ],
+    ))
+}
+
+#[test]
+fn names_of_channels_mean_those_of_the_chosen_part() {
+    let document = parts_alike();
+    let fg = Selection { part: Some("fg".into()), ..Selection::default() };
+    let depth = |name: Option<&str>| {
+        let selection = Selection { depth_channel: name.map(str::to_owned), ..fg.clone() };
+        document.select(&selection).unwrap().depth.unwrap().name
+    };
+    assert_eq!([depth(Some("Z")), depth(None)], ["fg:Z", "fg:Z"]);
+    assert_eq!([depth(Some("bg:Z")), depth(Some("bg.Z"))], ["bg:Z", "bg:Z"], "the name says the part");
+    let coc = Selection { coc_channel: Some("Z".into()), ..fg.clone() };
+    assert_eq!(document.select(&coc).unwrap().coc.unwrap().name, "fg:Z");
+    let red = document.select(&Selection { layers: vec!["R".into()], ..fg.clone() }).unwrap();
+    assert_eq!((red.channels.colors[0].part, red.channels.colors.len()), (1, 1));
+    let red = document.select(&Selection { layers: vec!["bg:R".into()], ..fg.clone() }).unwrap();
+    assert_eq!(red.channels.colors[0].part, 0);
+    let error = refused(&document, &Selection { depth_channel: Some("V".into()), ..fg.clone() });
+    assert!(error.contains("channel 'V' in part 'fg'") && error.contains("deep:V"), "{error}");
+    let error = refused(&document, &Selection { layers: vec!["V".into()], ..fg });
+    assert!(error.contains("layer 'V'"), "{error}");
+}
+
+#[test]
+fn a_parts_own_depth_comes_before_likelier_names_in_others() {
+    let channels = |depth: &str| [rgb(""), vec![float(depth, N, 1)]].concat();
+    let document = document(&file(
+        (20, 10),
+        vec![
+            named("bg", (20, 10), (0, 0), channels("Z")),
+            named("fg", (20, 10), (0, 0), channels("depth.Z")),
+        ],
+    ));
+    let fg = Selection { part: Some("fg".into()), ..Selection::default() };
+    assert_eq!(document.select(&fg).unwrap().depth.unwrap().name, "fg:depth.Z");
+}
+
 #[test]
 fn parts_of_other_windows_are_aligned() {
-    let named = |name: &str, size: (usize, usize), at, channels| {
-        let mut part = part(size, at, scan_lines(Compression::ZIP1), channels);
-        part.attributes.layer_name = Some(name.into());
-        part
-    };
     let bytes = file(
         (40, 30),
         vec![

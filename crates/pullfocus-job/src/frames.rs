@@ -131,6 +131,7 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
             )));
         }
     }
+    let still = request.frames.is_none() && still(&options.keys, &request.inputs)?;
     Ok(planned
         .into_iter()
         .enumerate()
@@ -138,7 +139,7 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
             let companion = |at: Option<usize>| at.and_then(|at| frame.companions.get(at).cloned());
             let own = Some(frame.input.clone());
             FrameFiles {
-                number: frame.frame,
+                number: frame.frame.filter(|_| !still),
                 depth_file: companion(depth_file),
                 foreground: companion(foreground),
                 behind: if has_input { companion(behind) } else { own.clone() },
@@ -150,19 +151,22 @@ pub fn find(options: &Options, purpose: Purpose) -> Result<Vec<FrameFiles>> {
         .collect())
 }
 
+/// Whether the input is one picture under a moving lens and no frame of its shot. A number in its name that no key is near is a
+/// version's or a size's.
+fn still(keys: &Pull, inputs: &[PathBuf]) -> Result<bool> {
+    let [still] = inputs else { return Ok(false) };
+    let alone = still.is_file() || Pattern::parse(still)?.is_none();
+    Ok(alone && !keys.is_empty() && number_in(still).is_none_or(|number| !shot::covers(keys, number)))
+}
+
 /// The frames of a still with a moving lens, where nothing else says which: from the first key to the last.
 fn held(keys: &Pull, inputs: &[PathBuf], output: Option<&Path>) -> Result<Option<Frames>> {
-    let [still] = inputs else { return Ok(None) };
-    let alone = still.is_file() || Pattern::parse(still)?.is_none();
     let named = match output {
         Some(output) => Pattern::parse(output)?.is_some(),
         // Nothing is written.
         None => true,
     };
-    if !alone || number_in(still).is_some() || !named {
-        return Ok(None);
-    }
-    shot::span(keys)
+    if named && still(keys, inputs)? { shot::span(keys) } else { Ok(None) }
 }
 
 /// The path as the system goes it: through links, without `.` and `..`, whether or not the file is there.

@@ -125,6 +125,8 @@ impl Job {
             coc_channel: label(&depth.coc_channel),
             cover_display: false,
             without_depth: false,
+            // Circles of confusion come from depth alone.
+            color_optional: purpose == Purpose::Coc,
         };
         let bits = files.bits.map(Bits::from);
         let frames = frames::find(options, purpose)?;

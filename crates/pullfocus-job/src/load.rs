@@ -53,9 +53,12 @@ pub fn file_camera(found: &FoundCamera, frame: &Frame) -> FileCamera {
     camera
 }
 
-/// Depth decoding as the user gave it, filled from the file.
+/// Depth decoding as the user gave it, filled from the file that the depth came from; `values` tells of it.
 fn decoding(job: &Job, found: &FoundCamera, values: &mut Vec<CameraValue>) -> DepthDecoding {
     let mut decoding = job.decoding;
+    if job.selection.coc_channel.is_some() {
+        return decoding;
+    }
     if !matches!(decoding.kind, DepthKind::Planar | DepthKind::Ray | DepthKind::Inverse) {
         return decoding;
     }
@@ -88,6 +91,20 @@ pub fn load(job: &Job, files: &FrameFiles, cancel: &Cancel) -> Result<LoadedFram
     .map(|frame| LoadedFrame { warnings, ..frame })
 }
 
+/// What is taken out of one of a frame's files. A view is no matter of files that have none, where another one has.
+fn selection(job: &Job, files: &FrameFiles, path: &Path) -> Result<Selection> {
+    let mut selection = job.selection.clone();
+    if selection.view.is_some() && !storage::has_views(path, &job.limits)? {
+        for other in files.read().filter(|other| *other != path) {
+            if storage::has_views(other, &job.limits)? {
+                selection.view = None;
+                break;
+            }
+        }
+    }
+    Ok(selection)
+}
+
 fn load_single(
     job: &Job,
     files: &FrameFiles,
@@ -95,31 +112,35 @@ fn load_single(
     cancel: &Cancel,
 ) -> Result<LoadedFrame> {
     let Some(input) = &files.input else { return Err(Failure::usage("give IN, the picture to blur")) };
-    let selection = Selection {
+    let wanted = Selection {
         without_depth: files.depth_file.is_some() && job.selection.coc_channel.is_none(),
-        ..job.selection.clone()
+        ..selection(job, files, input)?
     };
-    let mut loaded = storage::load(input, &selection, &job.limits, cancel)?;
+    let mut loaded = storage::load(input, &wanted, &job.limits, cancel)?;
     note_reading(&loaded, warnings);
-    let distance = match (loaded.coc.take(), &files.depth_file, loaded.depth.take()) {
-        (Some(coc), _, _) => (coc, input.as_path()),
+    let (named, from, of_depth) = match (loaded.coc.take(), &files.depth_file, loaded.depth.take()) {
+        (Some(coc), _, _) => (coc, input.as_path(), loaded.camera.clone()),
         (None, Some(file), _) => {
-            let depth = storage::load_depth(file, &job.selection, &loaded.frame, &job.limits, cancel)?;
+            let wanted = selection(job, files, file)?;
+            let depth = storage::load_depth(file, &wanted, &loaded.frame, &job.limits, cancel)?;
             note_bits(job, file, depth.bits, warnings);
-            (depth.named, file.as_path())
+            (depth.named, file.as_path(), depth.camera)
         }
-        (None, None, Some(depth)) => (depth, input.as_path()),
+        (None, None, Some(depth)) => (depth, input.as_path(), loaded.camera.clone()),
         (None, None, None) => return Err(no_depth(input)),
     };
     let (name, frame) = (input.display().to_string(), loaded.frame);
     let channels = loaded.channel_names();
     let picture = std::mem::take(&mut loaded.picture);
-    let Lensed { camera, decoding, found } = resolve(job, &loaded.camera, (&name, files.number), &frame)?;
-    let text = format!("{} of {}", distance.0.name, distance.1.display());
-    if camera.is_some() {
-        note_nothing(&distance.0, distance.1, decoding, warnings);
+    let (mut camera, found) = resolve(job, &loaded.camera, (&name, files.number), &frame)?;
+    let mut values = Vec::new();
+    let decoding = decoding(job, &of_depth, &mut values);
+    let text = format!("{} of {}", named.name, from.display());
+    if let Some(camera) = &mut camera {
+        camera.values.extend(values);
+        note_nothing(&named, from, decoding, warnings);
     }
-    let base = Element { picture, distance: to_distance(job, distance.0.plane, decoding) };
+    let base = Element { picture, distance: to_distance(job, named.plane, decoding) };
     Ok(LoadedFrame {
         scene: Scene::new(frame, base),
         target: loaded,
@@ -139,17 +160,16 @@ fn load_layers(
     cancel: &Cancel,
 ) -> Result<LoadedFrame> {
     // A part belongs to one file; the other files have their own.
-    let others = match &files.input {
-        Some(_) => Selection { part: None, ..job.selection.clone() },
-        None => job.selection.clone(),
-    };
-    let near_selection = Selection { part: None, ..job.selection.clone() };
-    let mut far = storage::load(behind, &others, &job.limits, cancel)?;
-    let mut near = storage::load(foreground, &near_selection, &job.limits, cancel)?;
+    let part = job.selection.part.clone().filter(|_| files.input.is_none());
+    let of_far = Selection { part, ..selection(job, files, behind)? };
+    let of_near = Selection { part: None, ..selection(job, files, foreground)? };
+    let mut far = storage::load(behind, &of_far, &job.limits, cancel)?;
+    let mut near = storage::load(foreground, &of_near, &job.limits, cancel)?;
     let target = match &files.input {
         Some(input) => {
-            let selection = Selection { without_depth: true, coc_channel: None, ..job.selection.clone() };
-            Some(storage::load(input, &selection, &job.limits, cancel)?)
+            let wanted =
+                Selection { without_depth: true, coc_channel: None, ..selection(job, files, input)? };
+            Some(storage::load(input, &wanted, &job.limits, cancel)?)
         }
         None => None,
     };
@@ -161,12 +181,21 @@ fn load_layers(
         fill(&mut found, other);
     }
     let main_name = main.display().to_string();
-    let Lensed { camera, decoding, found } = resolve(job, &found, (&main_name, files.number), &frame)?;
+    let (mut camera, found) = resolve(job, &found, (&main_name, files.number), &frame)?;
+    // Each has the unit and the far clip of its own file.
+    let mut values = Vec::new();
+    let behind_it = decoding(job, &far.camera, &mut values);
+    let mut of_front = Vec::new();
+    let in_front = decoding(job, &near.camera, &mut of_front);
+    of_front.retain(|value| !values.contains(value));
+    if let Some(camera) = &mut camera {
+        camera.values.extend(values.into_iter().chain(of_front));
+    }
 
     let channels = target.as_ref().unwrap_or(&far).channel_names();
     let text = format!("{} of {}", far.distance_name(), behind.display());
-    let mut base = element(job, behind, &mut far, &frame, decoding)?;
-    let near_element = element(job, foreground, &mut near, &frame, decoding)?;
+    let mut base = element(job, behind, &mut far, &frame, behind_it)?;
+    let near_element = element(job, foreground, &mut near, &frame, in_front)?;
     if near_element.picture.alpha.is_none() {
         return Err(Failure::failed(format!(
             "{}: the foreground has no alpha, which says where it covers what is behind; render it with one",
@@ -279,30 +308,22 @@ fn note_reading(loaded: &Loaded, warnings: &mut Vec<String>) {
     warnings.extend(loaded.notes().map(|note| format!("{}: {note}", loaded.path.display())));
 }
 
-/// What a frame's camera came to.
-struct Lensed {
-    camera: Option<Resolved>,
-    decoding: DepthDecoding,
-    found: FileCamera,
-}
-
-/// The camera, and how depth is read; no camera where circles of confusion are given.
+/// The camera, and what its file says of it; no camera where circles of confusion are given.
 fn resolve(
     job: &Job,
     found: &FoundCamera,
     (name, number): (&str, Option<i64>),
     frame: &Frame,
-) -> Result<Lensed> {
+) -> Result<(Option<Resolved>, FileCamera)> {
     if job.selection.coc_channel.is_some() {
-        return Ok(Lensed { camera: None, decoding: job.decoding, found: FileCamera::default() });
+        return Ok((None, FileCamera::default()));
     }
     let lens = shot::lens_at(&job.lens, &job.keys, number);
     let mut from_file = file_camera(found, frame);
     from_file.fill(&job.fallback, &lens);
     let mut resolved = camera::resolve(&lens, &from_file, name)?;
     shot::name_keyed(&mut resolved.values, &job.keys, number);
-    let decoding = decoding(job, found, &mut resolved.values);
-    Ok(Lensed { camera: Some(resolved), decoding, found: from_file })
+    Ok((Some(resolved), from_file))
 }
 
 fn fill(found: &mut FoundCamera, other: &FoundCamera) {
@@ -316,6 +337,4 @@ fn fill(found: &mut FoundCamera, other: &FoundCamera) {
     fill(&mut found.focus_distance_m, &other.focus_distance_m);
     fill(&mut found.sensor_width_mm, &other.sensor_width_mm);
     fill(&mut found.fov_x_degrees, &other.fov_x_degrees);
-    fill(&mut found.far_clip, &other.far_clip);
-    fill(&mut found.depth_unit_m, &other.depth_unit_m);
 }

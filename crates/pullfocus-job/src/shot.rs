@@ -83,6 +83,14 @@ pub fn span(keys: &Pull) -> Result<Option<Frames>> {
     Ok(Some(format!("{:.0}-{:.0}", first.frame.floor(), last.frame.ceil()).parse::<Frames>()?))
 }
 
+/// Whether a frame lies between the first key and the last, so that a name with its number may well be that frame's.
+pub fn covers(keys: &Pull, frame: i64) -> bool {
+    match (keys.keys().first(), keys.keys().last()) {
+        (Some(first), Some(last)) => (first.frame.floor()..=last.frame.ceil()).contains(&(frame as f64)),
+        _ => false,
+    }
+}
+
 /// What the keys say at a frame; nothing without a number.
 fn moment(keys: &Pull, frame: Option<i64>) -> Moment {
     frame.map_or(Moment::default(), |frame| keys.at(frame as f64))

@@ -3,15 +3,16 @@
 use crate::draw::Canvas;
 use crate::failure::{Failure, Result};
 use pullfocus_core::{Cancel, Frame, Picture, Plane, Window};
-use pullfocus_io::exr::Contents;
+use pullfocus_io::exr::{ChannelSource, Contents};
 use pullfocus_io::images::{self, Bits, Encoding, Format, Image, Profile, Stored};
 use pullfocus_io::output::{Existing, PendingFile};
 use pullfocus_io::{
-    AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType, Selection,
-    align_plane, write_exr,
+    AttributeValue, Channels, Document, FileError, FoundCamera, Limits, NamedPlane, SampleType,
+    SelectedDepth, Selection, align_element, align_plane, write_exr,
 };
 use serde::Serialize;
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -66,12 +67,20 @@ fn sample_type(stored: Stored) -> SampleType {
 }
 
 impl Loaded {
-    /// Names of the planes of its picture.
+    /// Names of the planes of its picture, no two alike: with their parts before them ("bg.R") where channels of several parts have
+    /// the same.
     pub fn channel_names(&self) -> Vec<String> {
-        match &self.origin {
-            Origin::Exr { channels, .. } => channels.all().map(|source| source.name.clone()).collect(),
-            Origin::Image { names, .. } => names.clone(),
-        }
+        let (document, channels) = match &self.origin {
+            Origin::Exr { document, channels } => (document, channels),
+            Origin::Image { names, .. } => return names.clone(),
+        };
+        let names: HashSet<&str> = channels.all().map(|source| source.name.as_str()).collect();
+        let alike = names.len() < channels.all().count();
+        let name = |source: &ChannelSource| match alike {
+            true => format!("{}.{}", document.part_name(source.part), source.name),
+            false => source.name.clone(),
+        };
+        channels.all().map(name).collect()
     }
 
     /// How many colour planes its picture has, or had before they were moved into a scene.
@@ -161,6 +170,14 @@ pub fn look(path: &Path, selection: &Selection, limits: &Limits) -> Result<(Fram
     Ok(Document::open(path, limits)?.look(selection)?)
 }
 
+/// Whether a file has views to choose from, by its header.
+///
+/// # Errors
+/// As [`load`].
+pub fn has_views(path: &Path, limits: &Limits) -> Result<bool> {
+    Ok(is_exr_content(path)? && !Document::open(path, limits)?.views().is_empty())
+}
+
 /// Depth from a file of its own.
 #[derive(Debug)]
 pub struct Depth {
@@ -168,6 +185,8 @@ pub struct Depth {
     pub named: NamedPlane,
     /// Bits of the whole numbers that it was stored as, read as 0 to 1.
     pub bits: Option<u8>,
+    /// What its file says about the camera: the unit and the far clip are those of this depth.
+    pub camera: FoundCamera,
 }
 
 /// Reads depth from a file of its own, laid onto the picture's frame.
@@ -186,26 +205,20 @@ pub fn load_depth(
     }
     // The picture's layers are not in this file.
     let selection = Selection { layers: Vec::new(), part: None, coc_channel: None, ..selection.clone() };
-    let loaded = load(path, &selection, limits, cancel)?;
-    let depth = match loaded.depth {
-        Some(depth) => depth,
-        // A file that holds nothing but one grey channel is depth whatever its name.
-        None if loaded.picture.colors.len() == 1 => NamedPlane {
-            name: loaded.channel_names().concat(),
-            plane: loaded.picture.colors.into_iter().next().unwrap_or_default(),
-        },
-        None => {
-            return Err(Failure::failed(format!(
-                "{}: no depth channel was found; name it with --depth-channel ('pullfocus inspect' lists the channels)",
-                path.display()
-            )));
-        }
+    let document = Document::open(path, limits)?.with_cancel(cancel.clone());
+    let Some(SelectedDepth { frame: own, depth, camera }) = document.select_depth(&selection)? else {
+        return Err(Failure::failed(format!(
+            "{}: no depth channel was found; name it with --depth-channel ('pullfocus inspect' lists the channels)",
+            path.display()
+        )));
     };
-    if loaded.frame.display.size != frame.display.size {
-        return Err(wrong_size(path, loaded.frame.display.size, frame.display.size));
+    if own.display.size != frame.display.size {
+        return Err(wrong_size(path, own.display.size, frame.display.size));
     }
-    let plane = align_plane(depth.plane, loaded.frame.data, frame.data, f32::INFINITY)?;
-    Ok(Depth { named: NamedPlane { plane, ..depth }, bits: None })
+    let (_, plane) =
+        align_element(path, (Picture::default(), Some(depth.plane), &own), frame, f32::INFINITY)?;
+    let named = NamedPlane { plane: plane.unwrap_or_default(), name: depth.name };
+    Ok(Depth { named, bits: None, camera })
 }
 
 fn wrong_size(path: &Path, found: pullfocus_core::Size, expected: pullfocus_core::Size) -> Failure {
@@ -463,18 +476,21 @@ pub enum Inspected {
     },
 }
 
-/// Looks into a file.
+/// Looks into a file. An OpenEXR file whose pixels cannot be read (it is damaged, or still being rendered) has a header to
+/// tell of: what is wrong with the pixels comes beside it.
 ///
 /// # Errors
 /// Files that cannot be read.
-pub fn inspect(path: &Path, limits: &Limits) -> Result<Inspected> {
+pub fn inspect(path: &Path, limits: &Limits) -> Result<(Inspected, Option<Failure>)> {
     if !is_exr_content(path)? {
-        return inspect_image(path, limits);
+        return Ok((inspect_image(path, limits)?, None));
     }
     let document = Document::open(path, limits)?;
-    // A file whose pixels cannot be read (deep ones, damaged ones) still has a header to tell of.
-    let contents = document.inspect()?;
-    Ok(Inspected::Exr(Box::new(contents)))
+    let (contents, wrong) = match document.inspect() {
+        Ok(contents) => (contents, None),
+        Err(error) => (document.contents(), Some(error.into())),
+    };
+    Ok((Inspected::Exr(Box::new(contents)), wrong))
 }
 
 /// Whether the file begins as OpenEXR does.
@@ -515,7 +531,8 @@ fn load_image_depth(path: &Path, frame: &Frame, limits: &Limits) -> Result<Depth
         Stored::Integer(bits) => Some(bits),
         Stored::Float => None,
     };
-    Ok(Depth { named: NamedPlane { name: "the first channel".into(), plane }, bits })
+    let named = NamedPlane { name: "the first channel".into(), plane };
+    Ok(Depth { named, bits, camera: FoundCamera::default() })
 }
 
 fn inspect_image(path: &Path, limits: &Limits) -> Result<Inspected> {

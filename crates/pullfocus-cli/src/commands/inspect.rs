@@ -53,7 +53,11 @@ pub fn run(args: &InspectArgs) -> Result<()> {
 fn look(path: &Path, limits: &Limits) -> FileReport {
     let file = path.display().to_string();
     match storage::inspect(path, limits) {
-        Ok(contents) => {
+        // There is no going on with it.
+        Ok((contents, Some(wrong))) => {
+            FileReport { file, contents: Some(contents), suggestion: None, error: Some(wrong.to_string()) }
+        }
+        Ok((contents, None)) => {
             let suggestion = match &contents {
                 Inspected::Exr(contents) => describe::suggestion(path, contents),
                 // A grey picture is more likely the depth of another one.

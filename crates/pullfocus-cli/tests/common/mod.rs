@@ -89,6 +89,11 @@ impl Folder {
         self.write(name, Size::new(WIDTH, HEIGHT), 1, &camera)
     }
 
+    /// A frame with these attributes.
+    pub fn frame_with(&self, name: &str, attributes: &[(&str, AttributeValue)]) -> String {
+        self.write(name, Size::new(WIDTH, HEIGHT), 1, attributes)
+    }
+
     fn write(&self, name: &str, size: Size, seed: usize, attributes: &[(&str, AttributeValue)]) -> String {
         let color = |shift| texture(size, seed + shift);
         let (r, g, b) = (color(0), color(1), color(2));
@@ -103,6 +108,27 @@ impl Folder {
             ("id.X", &id, SampleType::Uint),
         ];
         self.exr(name, size, &planes, attributes)
+    }
+
+    /// A frame for the right eye, and darkness for the left one.
+    pub fn eyes(&self, name: &str) -> String {
+        let size = Size::new(WIDTH, HEIGHT);
+        let [r, g, b] = [0, 1, 2].map(|shift| texture(size, 1 + shift));
+        let dark = Plane::filled(size, 0.0).unwrap();
+        let z = Plane::from_fn(size, |x, _| depth(x, size)).unwrap();
+        let (half, float) = (SampleType::Half, SampleType::Float);
+        let planes = [
+            ("R", &r, half),
+            ("G", &g, half),
+            ("B", &b, half),
+            ("Z", &z, float),
+            ("left.R", &dark, half),
+            ("left.G", &dark, half),
+            ("left.B", &dark, half),
+            ("left.Z", &z, float),
+        ];
+        let views = AttributeValue::Texts(vec!["right".into(), "left".into()]);
+        self.exr(name, size, &planes, &[("multiView", views)])
     }
 
     /// A frame with pixels for a part of its display window.
@@ -169,6 +195,32 @@ impl Folder {
             existing,
         )
         .unwrap();
+        path
+    }
+
+    /// Depth alone, half of it at 1 m and half at 4 m.
+    pub fn depth(&self, name: &str, channels: &[&str]) -> String {
+        self.depth_at(name, channels, [0, 0], 1.0, &[])
+    }
+
+    /// Depth alone in a display window that begins at `at`, in units of so many metres.
+    pub fn depth_at(
+        &self,
+        name: &str,
+        channels: &[&str],
+        [x, y]: [i32; 2],
+        unit_m: f32,
+        attributes: &[(&str, AttributeValue)],
+    ) -> String {
+        let size = Size::new(WIDTH, HEIGHT);
+        let halves = |x: usize, _| if 2 * x < WIDTH { 1.0 / unit_m } else { 4.0 / unit_m };
+        let z = Plane::from_fn(size, halves).unwrap();
+        let planes: Vec<_> = channels.iter().map(|&name| (name, &z, SampleType::Float)).collect();
+        let window = Window { x, y, size };
+        let frame = Frame { display: window, data: window, ..Frame::full(size) };
+        let path = self.path(name);
+        let out = BufWriter::new(File::create(&path).unwrap());
+        write_exr(out, &frame, &planes, attributes).unwrap();
         path
     }
 

@@ -2,11 +2,12 @@
 
 use crate::error::{FileError, FileResult};
 use crate::exr::camera::FoundCamera;
+use crate::exr::choice::{Chosen, deep};
 use crate::exr::container::Container;
 use crate::exr::contents::{Contents, DepthContents, PartContents};
 use crate::exr::names::{Catalogue, Channel, Layer};
 use crate::exr::pixels::{Target, read_planes};
-use crate::exr::selection::{ChannelSource, Channels, NamedPlane, Selected, Selection};
+use crate::exr::selection::{ChannelSource, Channels, NamedPlane, Selected, SelectedDepth, Selection};
 use crate::limits::Limits;
 use pullfocus_core::depth::{HALF_MAX, NOTHING_FROM};
 use pullfocus_core::{Cancel, Frame, Picture, Plane, Size, Window};
@@ -59,6 +60,11 @@ impl Document {
     /// The views, the default one first; empty for a file with one eye.
     pub fn views(&self) -> &[String] {
         &self.catalogue.views
+    }
+
+    /// A part's name, or its number where it has none.
+    pub fn part_name(&self, part: usize) -> String {
+        self.catalogue.part_name(part)
     }
 
     /// What the attributes say about the camera, from the first part on.
@@ -115,8 +121,8 @@ impl Document {
     /// [`FileError::NotFound`] for a view, part or layer that is not there.
     pub fn look(&self, selection: &Selection) -> FileResult<(Frame, FoundCamera)> {
         let chosen = self.choose_layers(selection)?;
-        let first = chosen.layers[0].part;
-        let window = self.joint_window(&chosen, selection.cover_display)?;
+        let first = self.first_part(&chosen, None, selection)?;
+        let window = self.joint_window(&chosen, first, selection.cover_display)?;
         Ok((self.frame(first, window), self.camera_of(first)))
     }
 
@@ -132,19 +138,22 @@ impl Document {
     /// for deep and chroma-subsampled pictures, [`FileError::Damaged`], [`FileError::TooLarge`], cancellation.
     pub fn select(&self, selection: &Selection) -> FileResult<Selected> {
         let chosen = self.choose_layers(selection)?;
-        let beauty = &chosen.layers[0];
-        let (first, view) = (beauty.part, chosen.view.clone());
+        let view = chosen.view.clone();
         self.check_readable(chosen.colors.iter().chain(&chosen.alpha).copied())?;
-        let window = self.joint_window(&chosen, selection.cover_display)?;
 
-        let coc = match &selection.coc_channel {
-            Some(name) => Some(self.named_channel(name, view.as_deref())?),
-            None => None,
-        };
+        let named = |name: &String| self.named_channel(name, view.as_deref(), selection.part.as_deref());
+        let coc = selection.coc_channel.as_ref().map(named).transpose()?;
+        let first = self.first_part(&chosen, coc, selection)?;
+        let window = self.joint_window(&chosen, first, selection.cover_display)?;
         let depth = match &selection.depth_channel {
             _ if selection.without_depth || coc.is_some() => None,
-            Some(name) => Some(self.named_channel(name, view.as_deref())?),
-            None => self.find_depths(Some(first), view.as_deref()).first().copied(),
+            Some(name) => Some(named(name)?),
+            None => {
+                let found = self.find_depths(Some(first), view.as_deref());
+                // The depth of the part that was asked for, before likelier names in others.
+                let own = found.iter().find(|channel| selection.part.is_some() && channel.part == first);
+                own.or(found.first()).copied()
+            }
         };
         for channel in coc.iter().chain(&depth) {
             self.check_channel(channel)?;
@@ -215,6 +224,24 @@ impl Document {
         })
     }
 
+    /// Takes depth alone out of the file, which need not hold a picture; none where no channel is depth.
+    ///
+    /// # Errors
+    /// As [`Document::select`].
+    pub fn select_depth(&self, selection: &Selection) -> FileResult<Option<SelectedDepth>> {
+        let Some(channel) = self.depth_alone(selection)? else { return Ok(None) };
+        self.check_channel(channel)?;
+        self.container.extents(|part, _| part == channel.part)?;
+        let window = self.container.parts[channel.part].window();
+        let mut plane = self.new_plane(window.size, 1, f32::INFINITY)?;
+        read_planes(&self.container, &mut [Target::new(channel, window, &mut plane)], &self.cancel)?;
+        Ok(Some(SelectedDepth {
+            frame: self.frame(channel.part, window),
+            depth: NamedPlane { name: self.catalogue.full_name(channel), plane },
+            camera: self.camera_of(channel.part),
+        }))
+    }
+
     fn frame(&self, part: usize, data: Window) -> Frame {
         let header = &self.container.parts[part].header;
         let shared = &header.shared_attributes;
@@ -246,13 +273,17 @@ impl Document {
         Ok(Plane::filled(size, fill)?)
     }
 
-    /// The smallest window that holds all parts with chosen channels.
-    fn joint_window(&self, chosen: &Chosen, cover_display: bool) -> FileResult<Window> {
+    /// The smallest window that holds all parts with chosen channels; the first part's, where none is chosen.
+    fn joint_window(&self, chosen: &Chosen, first: usize, cover_display: bool) -> FileResult<Window> {
         let ids = chosen.colors.iter().chain(&chosen.alpha);
+        let mut parts: Vec<usize> = ids.map(|&id| self.catalogue.channels[id].part).collect();
+        if parts.is_empty() {
+            parts.push(first);
+        }
         let mut windows: Vec<Window> =
-            ids.map(|&id| self.container.parts[self.catalogue.channels[id].part].window()).collect();
+            parts.into_iter().map(|part| self.container.parts[part].window()).collect();
         if cover_display {
-            let header = &self.container.parts[chosen.layers[0].part].header;
+            let header = &self.container.parts[first].header;
             windows.push(crate::exr::container::window(header.shared_attributes.display_window));
         }
         let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
@@ -274,7 +305,7 @@ impl Document {
         ids.map(|id| &self.catalogue.channels[id]).try_for_each(|channel| self.check_channel(channel))
     }
 
-    fn check_channel(&self, channel: &Channel) -> FileResult<()> {
+    pub(crate) fn check_channel(&self, channel: &Channel) -> FileResult<()> {
         let name = self.catalogue.full_name(channel);
         if channel.deep {
             return Err(deep(self.path()));
@@ -290,169 +321,6 @@ impl Document {
         }
         Ok(())
     }
-
-    /// Channels that may hold depth for a view, the likeliest first.
-    fn find_depths(&self, near_part: Option<usize>, view: Option<&str>) -> Vec<&Channel> {
-        self.catalogue.depths(near_part, |channel| {
-            !channel.deep
-                && !channel.sub_sampled
-                && (channel.view.is_none() || channel.view.as_deref() == view)
-        })
-    }
-
-    fn named_channel(&self, name: &str, view: Option<&str>) -> FileResult<&Channel> {
-        let mut found = self.catalogue.named(name);
-        // The same name in several parts: the one for this eye, then the first.
-        found.sort_by_key(|channel| channel.view.as_deref() != view);
-        found.first().copied().ok_or_else(|| FileError::NotFound {
-            file: self.path().to_owned(),
-            what: format!("channel '{name}'"),
-            available: listed(
-                self.catalogue.channels.iter().map(|channel| self.catalogue.full_name(channel)),
-            ),
-        })
-    }
-
-    fn choose_layers(&self, selection: &Selection) -> FileResult<Chosen> {
-        let catalogue = &self.catalogue;
-        let missing = |what: String, available: String| FileError::NotFound {
-            file: self.path().to_owned(),
-            what,
-            available,
-        };
-        if let Some(view) = &selection.view
-            && !catalogue.views.contains(view)
-        {
-            let available = match catalogue.views.len() {
-                0 => "one view without a name; leave the view out".to_owned(),
-                _ => listed(catalogue.views.iter().cloned()),
-            };
-            return Err(missing(format!("view '{view}'"), available));
-        }
-        if let Some(part) = &selection.part
-            && !(0..self.container.parts.len()).any(|index| catalogue.is_part(index, part))
-        {
-            let names = catalogue.part_names.iter().enumerate();
-            let names = names.map(|(i, name)| name.clone().unwrap_or_else(|| i.to_string()));
-            return Err(missing(format!("part '{part}'"), listed(names)));
-        }
-        let in_part =
-            |layer: &Layer| selection.part.as_ref().is_none_or(|part| catalogue.is_part(layer.part, part));
-        let in_view = |layer: &Layer, view: &Option<String>| {
-            view.is_none() || layer.view.is_none() || layer.view == *view
-        };
-        let deep_part = |layer: &Layer| self.container.parts[layer.part].header.deep;
-
-        // The beauty decides the view where none was asked for.
-        let beauty = catalogue.beauty(|l| {
-            in_part(l) && in_view(l, &selection.view) && !deep_part(l) && !catalogue.is_chroma(l)
-        });
-        let mut view = selection.view.clone();
-        if view.is_none() {
-            view = beauty.and_then(|layer| layer.view.clone()).or_else(|| catalogue.views.first().cloned());
-        }
-        if selection.layers.is_empty() {
-            let Some(beauty) = beauty else {
-                if catalogue.layers.iter().any(|layer| in_part(layer) && deep_part(layer)) {
-                    return Err(deep(self.path()));
-                }
-                if let Some(layer) = catalogue.layers.iter().find(|layer| catalogue.is_chroma(layer)) {
-                    self.check_channel(&catalogue.channels[layer.channels[0]])?;
-                }
-                let names = listed(catalogue.channels.iter().map(|channel| catalogue.full_name(channel)));
-                return Err(missing("colour layer to blur".to_owned(), names));
-            };
-            let (colors, alpha) = self.all_of(beauty);
-            return Ok(Chosen { layers: vec![beauty.clone()], colors, alpha, view });
-        }
-
-        let mut chosen = Chosen { layers: vec![], colors: vec![], alpha: None, view };
-        for pattern in &selection.layers {
-            let wild = pattern.contains(['*', '?']);
-            let fits = |layer: &&Layer| {
-                in_part(layer)
-                    && in_view(layer, &chosen.view)
-                    && catalogue.matches(layer, pattern)
-                    && (!wild || (catalogue.is_light(layer) && !deep_part(layer)))
-            };
-            let found: Vec<Layer> = catalogue.layers.iter().filter(fits).cloned().collect();
-            for layer in &found {
-                chosen.add(layer, self.all_of(layer));
-            }
-            if found.is_empty() {
-                let mut named = catalogue.named(pattern);
-                named.sort_by_key(|channel| channel.view != chosen.view);
-                let Some(channel) = named.first() else {
-                    let layers = catalogue.layers.iter().filter(|l| in_part(l) && in_view(l, &chosen.view));
-                    let names = listed(layers.map(|layer| catalogue.layer_name(layer)));
-                    return Err(missing(format!("layer '{pattern}'"), names));
-                };
-                let id = catalogue.channels.iter().position(|c| c == *channel).unwrap_or_default();
-                let layer = catalogue.layers.iter().find(|layer| layer.channels.contains(&id));
-                chosen.layers.extend(layer.cloned());
-                if !chosen.colors.contains(&id) && chosen.alpha != Some(id) {
-                    chosen.colors.push(id);
-                }
-            }
-        }
-        Ok(chosen)
-    }
-
-    /// The channels of a layer that go through the lens: red, green, blue, else luminance, else all of them.
-    fn all_of(&self, layer: &Layer) -> (Vec<usize>, Option<usize>) {
-        let (colors, alpha) = self.catalogue.colours(layer);
-        if !colors.is_empty() {
-            return (colors, alpha);
-        }
-        let depths = self.catalogue.depths(None, |_| true);
-        let rest = layer.channels.iter().copied().filter(|&id| {
-            alpha != Some(id) && !depths.iter().any(|&depth| depth == &self.catalogue.channels[id])
-        });
-        (rest.collect(), alpha)
-    }
-}
-
-/// The chosen channels, as indices into the catalogue.
-struct Chosen {
-    layers: Vec<Layer>,
-    colors: Vec<usize>,
-    alpha: Option<usize>,
-    view: Option<String>,
-}
-
-impl Chosen {
-    fn add(&mut self, layer: &Layer, (colors, alpha): (Vec<usize>, Option<usize>)) {
-        if self.layers.contains(layer) {
-            return;
-        }
-        self.layers.push(layer.clone());
-        self.colors.extend(colors);
-        match (alpha, self.alpha) {
-            (Some(alpha), None) => self.alpha = Some(alpha),
-            (Some(alpha), Some(_)) => self.colors.push(alpha),
-            (None, _) => {}
-        }
-    }
-}
-
-fn deep(path: &Path) -> FileError {
-    FileError::unsupported(
-        path,
-        "deep pictures are not supported yet",
-        "flatten it first (in Nuke DeepToImage, or 'oiiotool in.exr --flatten -o out.exr'), or give another part",
-    )
-}
-
-/// Names for a message, cut short where there are many.
-fn listed(names: impl Iterator<Item = String>) -> String {
-    const MOST: usize = 24;
-    let names: Vec<String> = names.collect();
-    let more = names.len().saturating_sub(MOST);
-    let mut text = names[..names.len() - more].join(", ");
-    if more > 0 {
-        text.push_str(&format!(" and {more} more"));
-    }
-    text
 }
 
 /// Sums up a depth channel; uses up the plane.

@@ -19,6 +19,7 @@
 //! of which only some pixels are stored (luminance/chroma files), HTJ2K compression.
 
 mod camera;
+mod choice;
 mod container;
 mod contents;
 mod document;
@@ -34,5 +35,5 @@ pub use contents::{
     AttributeContents, ChannelContents, Contents, DepthContents, LayerContents, PartContents, WindowContents,
 };
 pub use document::Document;
-pub use selection::{ChannelSource, Channels, NamedPlane, SampleType, Selected, Selection};
+pub use selection::{ChannelSource, Channels, NamedPlane, SampleType, Selected, SelectedDepth, Selection};
 pub use simple::{AttributeValue, write_exr};

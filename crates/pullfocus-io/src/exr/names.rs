@@ -181,12 +181,16 @@ impl Catalogue {
         all
     }
 
+    /// A part's name, or its number where it has none.
+    pub fn part_name(&self, part: usize) -> String {
+        self.part_names.get(part).cloned().flatten().unwrap_or_else(|| part.to_string())
+    }
+
     /// The channel's name as a user gives it: with its part where there are several.
     pub fn full_name(&self, channel: &Channel) -> String {
-        match (&self.part_names[channel.part], self.part_names.len()) {
-            (_, 1) => channel.name.clone(),
-            (Some(part), _) => format!("{part}:{}", channel.name),
-            (None, _) => format!("{}:{}", channel.part, channel.name),
+        match self.part_names.len() {
+            1 => channel.name.clone(),
+            _ => format!("{}:{}", self.part_name(channel.part), channel.name),
         }
     }
 

@@ -28,7 +28,8 @@ impl SampleType {
 pub struct Selection {
     /// The view of a multi-view file ("left"); none takes the file's default view.
     pub view: Option<String>,
-    /// The part by name or number (from 0); none looks in all parts.
+    /// The part by name or number (from 0); none looks in all parts. Names of channels mean that part's channels unless they say
+    /// another one ("part:Z").
     pub part: Option<String>,
     /// Layers to be blurred with the one lens, by name or pattern (`*` and `?`); empty takes the beauty alone.
     /// The unnamed layer (channels `R`, `G`, `B`) is called `rgba`; a channel's full name takes that channel.
@@ -43,6 +44,8 @@ pub struct Selection {
     pub cover_display: bool,
     /// Leave depth alone, for a second file or a conversion.
     pub without_depth: bool,
+    /// Where no layers are named and the file has no colour, take its depth or circle of confusion alone.
+    pub color_optional: bool,
 }
 
 /// A plane and the name that it has in the file.
@@ -52,6 +55,17 @@ pub struct NamedPlane {
     pub name: String,
     /// Its values as the file holds them.
     pub plane: Plane,
+}
+
+/// Depth without a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SelectedDepth {
+    /// Where its pixels lie.
+    pub frame: Frame,
+    /// Depth as the file holds it.
+    pub depth: NamedPlane,
+    /// What the file's attributes say about the camera.
+    pub camera: FoundCamera,
 }
 
 /// Where a plane came from, and where it goes back to.

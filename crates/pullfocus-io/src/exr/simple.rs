@@ -20,6 +20,8 @@ pub enum AttributeValue {
     Float(f32),
     /// A whole number.
     Int(i32),
+    /// Several texts, such as the names of views.
+    Texts(Vec<String>),
 }
 
 /// Bit of the version field: names may be longer than 31 bytes.
@@ -150,6 +152,11 @@ fn header(
             AttributeValue::Text(text) => ("string", text.as_bytes().to_vec()),
             AttributeValue::Float(value) => ("float", value.to_le_bytes().to_vec()),
             AttributeValue::Int(value) => ("int", value.to_le_bytes().to_vec()),
+            AttributeValue::Texts(texts) => {
+                let counted =
+                    |text: &String| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+                ("stringvector", texts.iter().flat_map(counted).collect())
+            }
         };
         all.push(RawAttribute::new(&name, kind, bytes));
     }

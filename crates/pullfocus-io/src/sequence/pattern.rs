@@ -146,7 +146,8 @@ fn signs(at: usize, run: usize) -> Result<Option<(usize, usize, usize)>, &'stati
     if run <= MOST_DIGITS { Ok(Some((at, at + run, run))) } else { Err(TOO_WIDE) }
 }
 
-/// The last number in a file's name before its ending: `shot_v2.1001.exr` is frame 1001.
+/// The last number in a file's name before its ending: `shot_v2.1001.exr` is frame 1001. A minus counts where it begins the
+/// name or follows a dot or an underscore: `shot.-005.exr` is frame -5, and `take-5.exr` frame 5.
 pub fn number_in(path: &Path) -> Option<i64> {
     let stem = path.file_stem()?.to_str()?;
     let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
@@ -154,7 +155,10 @@ pub fn number_in(path: &Path) -> Option<i64> {
         // Characters may be longer than a byte.
         at + stem[at..].chars().next().map_or(1, char::len_utf8)
     });
-    stem[start..end].parse().ok().filter(|&frame: &i64| frame <= LARGEST_FRAME)
+    let before = &stem[..start];
+    let negative = before.strip_suffix('-').is_some_and(|rest| rest.is_empty() || rest.ends_with(['.', '_']));
+    let size: i64 = stem[start..end].parse().ok().filter(|&size: &i64| size <= LARGEST_FRAME)?;
+    Some(if negative { -size } else { size })
 }
 
 #[cfg(test)]
@@ -247,6 +251,12 @@ mod tests {
             ("a/12/b.exr", None),
             ("0007.png", Some(7)),
             ("é12ü.exr", Some(12)),
+            ("n.-005.exr", Some(-5)),
+            ("n_-5.exr", Some(-5)),
+            ("-3.exr", Some(-3)),
+            ("take-5.exr", Some(5)),
+            ("n.--5.exr", Some(5)),
+            ("2024-01-05.exr", Some(5)),
             ("99999999999999999999.exr", None),
         ] {
             assert_eq!(number_in(Path::new(name)), number, "{name}");
@@ -259,6 +269,9 @@ mod tests {
             let pattern = pattern(&format!("{before}{}.exr", "#".repeat(width)));
             let file = pattern.file(frame);
             prop_assert_eq!(pattern.frame_of(file.to_str().unwrap()), Some(frame));
+            if frame >= 0 || before.is_empty() || before.ends_with(['.', '_']) {
+                prop_assert_eq!(number_in(&file), Some(frame));
+            }
         }
 
         #[test]
