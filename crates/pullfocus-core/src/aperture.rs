@@ -117,7 +117,7 @@ impl Mask {
         row(0.0) * (1.0 - fy) + row(1.0) * fy
     }
 
-    /// The mask turned clockwise about its middle: a square of its own longer side, beyond whose circle nothing is kept that was not
+    /// The mask turned clockwise about its middle: a square of its own diagonal, beyond whose circle nothing is kept that was not
     /// there before. No turn leaves every pixel as it is.
     #[must_use]
     pub fn turned(&self, degrees: f64) -> Self {

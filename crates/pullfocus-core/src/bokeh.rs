@@ -197,7 +197,11 @@ impl Field {
         let down = (y - self.axis[1]) / (self.vertical_scale * self.half_diagonal);
         let beyond = across.hypot(down).max(1.0);
         // Where numbers end there is no direction.
-        if beyond.is_finite() { [across / beyond, down / beyond] } else { [0.0; 2] }
+        if beyond.is_finite() && across.is_finite() && down.is_finite() {
+            [across / beyond, down / beyond]
+        } else {
+            [0.0; 2]
+        }
     }
 }
 
@@ -264,6 +268,7 @@ mod tests {
         let [x, y] = field.at(-0.5, -0.5);
         assert!((x.hypot(y) - 1.0).abs() < 1e-12 && x < y && y < 0.0, "{x} {y}");
         assert_eq!(field.at(49.5, 39.5), [0.0, 0.0]);
+        assert_eq!(field.at(f64::NAN, 3.0), [0.0, 0.0]);
         let [x, y] = field.at(1e300, 3.0);
         assert!((x - 1.0).abs() < 1e-12 && y.abs() < 1e-12);
         // The axis is where rays are not inclined.

@@ -29,7 +29,7 @@ impl CocFormula {
 pub struct CocSettings {
     /// Largest diameter in pixels, in front and behind; none by default (the cost does not depend on it).
     pub max_px: Option<f64>,
-    /// Largest diameter as a part of the display window's width, 0 to 1: the same look in a half-size proxy.
+    /// Largest diameter as a part of the display window's width, 0 or above: the same look in a half-size proxy.
     pub max_width: Option<f64>,
     /// Factor on diameters in front of the plane in focus.
     pub front: f64,

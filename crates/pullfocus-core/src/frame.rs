@@ -33,6 +33,9 @@ pub struct Frame {
     pub screen_window_width: f32,
 }
 
+/// Pixel aspects that are meant. The widest lens squeezes by 2, and half of a field's lines is 2 as well.
+pub const ASPECTS: std::ops::RangeInclusive<f32> = 0.1..=10.0;
+
 impl Frame {
     /// A frame whose data fills the display window, with square pixels and the axis in the centre.
     pub fn full(size: Size) -> Self {
@@ -59,7 +62,7 @@ impl Frame {
         let row = f64::from(self.data.y) - f64::from(self.display.y) + y as f64 + 0.5;
         let unit = 2.0 * half_width / f64::from(self.screen_window_width).max(f64::MIN_POSITIVE);
         let across = (column - 0.5 * self.display_width()) * per_pixel;
-        let up = (0.5 * self.display.size.height as f64 - row) * per_pixel / f64::from(self.pixel_aspect);
+        let up = (0.5 * self.display.size.height as f64 - row) * per_pixel / f64::from(self.vertical_scale());
         [
             across + f64::from(self.screen_window_center[0]) * unit,
             up + f64::from(self.screen_window_center[1]) * unit,
@@ -67,9 +70,9 @@ impl Frame {
     }
 
     /// How many pixels of height one pixel of width is: a circle of confusion of `c` pixels across is
-    /// `c * vertical_scale()` pixels high.
+    /// `c * vertical_scale()` pixels high. 1 where the aspect is none that a camera has ([`ASPECTS`]).
     pub fn vertical_scale(&self) -> f32 {
-        if self.pixel_aspect.is_finite() && self.pixel_aspect > 0.0 { self.pixel_aspect } else { 1.0 }
+        if ASPECTS.contains(&self.pixel_aspect) { self.pixel_aspect } else { 1.0 }
     }
 }
 

@@ -4,8 +4,10 @@ use crate::error::Result;
 use crate::plane::Plane;
 use crate::size::Size;
 
-/// Colours beyond this are cut to it, so that sums over any line of any picture stay finite in f32.
-pub const LARGEST: f32 = 1e30;
+/// Colours beyond this are cut to it. No light is so bright (the sun itself is some 1e5 times a sunlit wall), but markers in files are:
+/// their squares, and sums of those over any line of any picture, stay finite in f32, and what stands beside them keeps its last digits
+/// in sums of 64 bits.
+pub const LARGEST: f32 = 1e9;
 
 /// Colour planes of one size that all go through the same lens.
 ///

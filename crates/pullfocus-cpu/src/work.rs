@@ -9,6 +9,7 @@ use pullfocus_core::{
     Aperture, ApertureShape, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality,
     Report, Result, Settings, Show, Solver, Tensor,
 };
+use std::borrow::Cow;
 use std::time::Instant;
 
 /// Memory that stays from frame to frame.
@@ -31,7 +32,7 @@ pub struct Work<'a> {
     /// The shape of a point, where the method has a choice.
     pub psf: Psf,
     /// The aperture's shape, where it is spread.
-    pub aperture: &'a Aperture,
+    pub aperture: Cow<'a, Aperture>,
     /// Which layers are laid down.
     pub show: Show,
     /// What becomes of highlights, if they are spread.
@@ -76,13 +77,13 @@ impl<'a> Work<'a> {
             method: settings.method,
             psf: settings.psf,
             aperture: match settings.aperture.shape {
-                // A picture is no span: highlights have it, the rest a disc.
+                // A picture is no span: highlights have it, the rest a disc, as high.
                 ApertureShape::Image(_)
                     if settings.bokeh.is_some() && settings.method == Method::Aperture =>
                 {
-                    &Aperture::DISC
+                    Cow::Owned(Aperture { squeeze: settings.aperture.squeeze, ..Aperture::DISC })
                 }
-                _ => &settings.aperture,
+                _ => Cow::Borrowed(&settings.aperture),
             },
             show: settings.show,
             look: settings.bokeh.map(|bokeh| Look::new(frame, bokeh, &settings.aperture)),
@@ -110,7 +111,7 @@ impl<'a> Work<'a> {
         let spreading = Spread {
             method: self.method,
             psf: self.psf,
-            aperture: self.aperture,
+            aperture: &self.aperture,
             quality: self.quality,
             mipmap: self.mipmap,
             tensor: self.tensor,

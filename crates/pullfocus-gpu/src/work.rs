@@ -7,6 +7,7 @@ use crate::recorder::Recorder;
 use crate::spreading::{self, Spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{Aperture, Diffusion, Frame, Integrator, Method, Result, Settings, Show, Size, Solver};
+use std::borrow::Cow;
 
 /// One render's surroundings.
 pub struct Work<'w, 'r> {
@@ -17,7 +18,7 @@ pub struct Work<'w, 'r> {
     /// Which method blurs a layer.
     pub method: Method,
     /// The aperture's shape, where it is spread.
-    pub aperture: &'w Aperture,
+    pub aperture: Cow<'w, Aperture>,
     /// Which layers are laid down.
     pub show: Show,
     /// How diffusion blurs a layer.
@@ -93,7 +94,7 @@ impl<'w, 'r> Work<'w, 'r> {
                 circle,
                 gamma,
                 vertical_scale: self.vertical_scale,
-                aperture: self.aperture,
+                aperture: &self.aperture,
                 found: &self.range,
                 most_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
             };

@@ -3,7 +3,7 @@
 use crate::clip::Clip;
 use crate::color::Table;
 use crate::document::Document;
-use crate::framing::{looked_at, pixel_aspect};
+use crate::framing::looked_at;
 use crate::locked::lock;
 use crate::screen::Transform;
 use eframe::egui;
@@ -204,7 +204,7 @@ fn frames(
         wanted.settings.show = order.show.unwrap_or(wanted.settings.show);
         let mut scene = plate.scene;
         renderer.render(&mut scene, wanted.camera.as_ref(), &wanted.settings, cancel)?;
-        take(index, seen(&scene.base.picture, &scene.frame, order), pixel_aspect(&scene.frame))?;
+        take(index, seen(&scene.base.picture, &scene.frame, order), scene.frame.vertical_scale())?;
     }
     Ok(())
 }

@@ -46,11 +46,6 @@ impl Framing {
     }
 }
 
-/// Width over height of a pixel; 1 where a file says what cannot be.
-pub fn pixel_aspect(frame: &Frame) -> f32 {
-    Some(frame.pixel_aspect).filter(|aspect| (0.05..=20.0).contains(aspect)).unwrap_or(1.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,7 +73,7 @@ mod tests {
             assert_eq!(Framing::of(&frame).origin, [0.0, 0.0]);
         }
         for (aspect, wanted) in [(2.0, 2.0), (f32::NAN, 1.0), (0.0, 1.0), (-1.0, 1.0), (1e9, 1.0)] {
-            assert_eq!(pixel_aspect(&Frame { pixel_aspect: aspect, ..crop }), wanted);
+            assert_eq!(Frame { pixel_aspect: aspect, ..crop }.vertical_scale(), wanted);
         }
     }
 }

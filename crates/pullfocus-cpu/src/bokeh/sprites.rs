@@ -207,6 +207,10 @@ impl Sprites {
     /// Rows that a sprite of signed diameter `c` reaches to either side, at most.
     #[inline(always)]
     fn rows(&self, c: f32) -> usize {
+        if self.is_point(c.abs()) {
+            // It is its own pixel, whatever its shape.
+            return 0;
+        }
         let diameter = match self.place(c) {
             Some((stencils, place)) => stencils.larger(place),
             None => f64::from(c.abs()),

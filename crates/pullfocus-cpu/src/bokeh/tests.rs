@@ -47,7 +47,17 @@ fn sprites_match_the_f64_reference() {
     for aperture in apertures() {
         for (pixel_aspect, cats_eye) in [(1.0, 0.0), (1.0, 1.0), (1.6, 0.5), (0.5, 0.0)] {
             for (x, y, c) in
-                [(30, 21, 12.3), (50, 8, -9.0), (4, 40, 21.0), (33, 20, 2.2), (28, 30, -0.7), (0, 0, 5.0)]
+                // Points in the last and the first row of a band among them.
+                [
+                    (30, 21, 12.3),
+                    (50, 8, -9.0),
+                    (4, 40, 21.0),
+                    (33, 20, 2.2),
+                    (28, 30, -0.7),
+                    (28, 31, 0.4),
+                    (28, 32, -0.4),
+                    (0, 0, 5.0),
+                ]
             {
                 let frame = Frame { pixel_aspect, ..Frame::full(SIZE) };
                 let bokeh = Bokeh { cats_eye, ..Bokeh::default() };

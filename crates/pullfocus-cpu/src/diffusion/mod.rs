@@ -46,7 +46,7 @@ mod tests;
 
 pub use lanes::Instructions;
 
-use pullfocus_core::diffusion::{Diffusion, Solver};
+use pullfocus_core::diffusion::{Diffusion, JacobiStop, Solver};
 use pullfocus_core::scheme::{FIELDS, Scheme, Shape};
 use pullfocus_core::{Cancel, Plane, Result, Size};
 use strips::{Lines, Pass, Scratch};
@@ -255,6 +255,10 @@ impl Call<'_> {
                 least = smallest;
             }
             pass.lines = Lines::columns(self.size, pointers[0][0]);
+            if matches!(self.settings.solver, Solver::Jacobi(JacobiStop::Tolerance(_))) {
+                // The lines of a strip stop together: which they are must not depend on where memory lies.
+                pass.lines.first = 0;
+            }
             pass.columns = true;
             pass.beta = beta * vertical * vertical;
             if step + 1 == self.scheme.steps {

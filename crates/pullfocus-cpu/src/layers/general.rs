@@ -91,6 +91,8 @@ pub fn blur_layers(work: &mut Work<'_>, picture: &mut Picture, coc: &Plane, laye
     let count = planes.len();
     let mut blurred = Vec::new();
     for _ in 0..filled.len() * (count + 2) {
+        // New memory is written once before it is used, which takes a while for a large picture.
+        work.cancel.check()?;
         blurred.push(work.memory.planes.take(size)?);
     }
     work.stage("layers", |work| {

@@ -19,6 +19,7 @@ use places::{MOST_LEVELS, Places};
 use pullfocus_core::psf::MOST_DIAMETER;
 use pullfocus_core::spans::{HALF, MOST_ROWS, PHASES, SIZES, STEPS};
 use pullfocus_core::{Aperture, ApertureShape, Method, Result, Settings, Size};
+use std::borrow::Cow;
 
 uniform! {
     /// See `spans.wgsl`.
@@ -81,11 +82,13 @@ pub fn check(settings: &Settings) -> Result<()> {
 }
 
 /// The shape that the method spreads.
-pub fn aperture_of(settings: &Settings) -> &Aperture {
+pub fn aperture_of(settings: &Settings) -> Cow<'_, Aperture> {
     match settings.aperture.shape {
-        // A picture is no span: highlights have it, the rest a disc.
-        ApertureShape::Image(_) if settings.bokeh.is_some() => &Aperture::DISC,
-        _ => &settings.aperture,
+        // A picture is no span: highlights have it, the rest a disc, as high.
+        ApertureShape::Image(_) if settings.bokeh.is_some() => {
+            Cow::Owned(Aperture { squeeze: settings.aperture.squeeze, ..Aperture::DISC })
+        }
+        _ => Cow::Borrowed(&settings.aperture),
     }
 }
 

@@ -6,6 +6,7 @@ use crate::grid::Grid;
 use crate::reference;
 use crate::scenes::{self, TwoPlanes};
 use pullfocus_core::diffusion::{Diffusion, Integrator, JacobiStop, Solver};
+use pullfocus_core::picture::LARGEST;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
     Camera, Cancel, DepthDecoding, DepthKind, Distance, Element, Error, Layering, Lens, Method, Picture,
@@ -171,16 +172,27 @@ pub fn empty_pixels_stay_empty(subject: &mut impl RenderSubject) {
 }
 
 /// The rule for colour that is no number: NaN counts as 0, plus and minus infinity as plus and minus 65504, half's
-/// largest (an infinity in a file is a half that overflowed). So one bad pixel never spreads, and the picture is
-/// the same as if the file had held those values.
+/// largest (an infinity in a file is a half that overflowed), and what is larger than any light as the largest. So one bad pixel never
+/// spreads, and the picture is the same as if the file had held those values.
 pub fn numbers_that_are_none_follow_the_rule(subject: &mut impl RenderSubject) {
     let size = Size::new(80, 45);
     let clean = busy(size);
     let mut odd = clean.clone();
     let mut mended = clean;
-    let bad = [(3, 3, f32::NAN), (40, 20, f32::INFINITY), (41, 22, f32::NEG_INFINITY), (70, 40, -f32::NAN)];
+    let bad = [
+        (3, 3, f32::NAN),
+        (40, 20, f32::INFINITY),
+        (41, 22, f32::NEG_INFINITY),
+        (70, 40, -f32::NAN),
+        (12, 30, f32::MAX),
+        (60, 8, -1e25),
+    ];
     for (x, y, value) in bad {
-        let rule = if value.is_nan() { 0.0 } else { 65504f32.copysign(value) };
+        let rule = match value {
+            value if value.is_nan() => 0.0,
+            value if value.is_infinite() => 65504f32.copysign(value),
+            value => LARGEST.copysign(value),
+        };
         odd.base.picture.colors[1].row_mut(y)[x] = value;
         mended.base.picture.colors[1].row_mut(y)[x] = rule;
     }

@@ -4,7 +4,7 @@ use super::App;
 use crate::clip::Plate;
 use crate::document::Quantity;
 use crate::engine::OnDevice;
-use crate::framing::{Framing, looked_at, pixel_aspect};
+use crate::framing::{Framing, looked_at};
 use crate::look::View;
 use crate::screen::{Area, Kind, Paint, Side, Texture};
 use eframe::egui::{self, Pos2, Rect, Response, Sense, Vec2};
@@ -54,7 +54,7 @@ impl App {
             return;
         };
         let frame = &plate.scene.frame;
-        let (aspect, framing) = (pixel_aspect(frame), Framing::of(frame));
+        let (aspect, framing) = (frame.vertical_scale(), Framing::of(frame));
         let rect = response.rect;
         let [width, height] = framing.size;
         let fit = (rect.width() / (width * aspect)).min(rect.height() / height).max(ZOOMS[0]);

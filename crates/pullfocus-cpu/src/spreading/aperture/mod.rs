@@ -120,6 +120,7 @@ impl Call<'_> {
         let count = 1 + self.drawn(widest.into_iter().fold(0.0, f32::max)).level;
         levels.resize_with(count, Level::default);
         for (l, level) in levels.iter_mut().enumerate() {
+            self.cancel.check()?;
             (level.width, level.height) = (((size.width - 1) >> l) + 1, ((size.height - 1) >> l) + 1);
             level.edge = if l == 0 { 0 } else { EDGE };
             let cells = self.channels * level.rows() * level.columns();
