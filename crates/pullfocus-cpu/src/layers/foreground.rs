@@ -2,8 +2,9 @@
 //!
 //! # Theory
 //! A near object out of focus turns transparent at its edges, and what is behind shows through. The element's
-//! circles of confusion are carried beyond it (averages weighted by alpha, at several scales); then its alpha and its premultiplied
-//! colour are blurred with the carried circles, and the result is laid over what is behind.
+//! circles of confusion are carried beyond it (averages weighted by alpha, and by 1 where light covers nothing, at several
+//! scales); then its alpha and its premultiplied colour are blurred with the carried circles, and the result is laid over what is
+//! behind.
 //!
 //! # Changes from the paper
 //! The paper diffuses colour and alpha with gamma = alpha, too. Where gamma is 0 the initial value counts for
@@ -17,6 +18,7 @@ use super::over;
 use crate::bokeh::Shown;
 use crate::rows::for_each_row;
 use crate::work::Work;
+use pullfocus_core::bokeh::brightness;
 use pullfocus_core::coc::CocCurve;
 use pullfocus_core::layers::fill::finest_step;
 use pullfocus_core::{Picture, Plane, Result, Show};
@@ -83,7 +85,16 @@ impl Near<'_> {
     /// How much the depth of a pixel says about the element.
     #[inline(always)]
     fn weight(&self, x: usize, y: usize) -> f32 {
-        if self.coc.at(x, y) < self.behind.at(x, y) { self.alpha.at(x, y).clamp(0.0, 1.0) } else { 0.0 }
+        let alpha = self.alpha.at(x, y);
+        if self.coc.at(x, y) >= self.behind.at(x, y) {
+            0.0
+        } else if alpha > 0.0 {
+            alpha.min(1.0)
+        } else {
+            // Light that covers nothing, as of sparks, has a depth, too.
+            let light = brightness(self.picture.colors.iter().map(|plane| plane.at(x, y)));
+            if light > 0.0 { 1.0 } else { 0.0 }
+        }
     }
 
     /// The circle of a pixel, with the settings on top.

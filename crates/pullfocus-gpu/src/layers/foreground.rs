@@ -11,6 +11,7 @@ use crate::shader::{Spec, part, uniform};
 use crate::work::Work;
 use pullfocus_core::Result;
 use pullfocus_core::layers::fill::{finest_step, grid_size};
+use pullfocus_core::layers::general::LEADING;
 
 uniform! {
     /// See `element.wgsl`.
@@ -21,6 +22,7 @@ uniform! {
         grid_height: u32,
         step: u32,
         coverage: u32,
+        leading: u32,
         protect: u32,
         near: f32,
         far: f32,
@@ -117,6 +119,7 @@ fn extend(work: &mut Work<'_, '_>, near: &Near<'_>) -> Result<wgpu::Buffer> {
         grid_height: grid.height as u32,
         step: step as u32,
         coverage: (alpha % 4) as u32,
+        leading: element.colors.min(LEADING) as u32,
         protect: curve.protect.is_some().into(),
         near: near as f32,
         far: far as f32,
@@ -124,15 +127,18 @@ fn extend(work: &mut Work<'_, '_>, near: &Near<'_>) -> Result<wgpu::Buffer> {
         back: curve.back as f32,
         largest: curve.max as f32,
     };
-    let parts = [cover_part(covering), part!("shape"), part!("layers/element")];
+    // The first group, with the leading colours.
+    let light = &element.groups[0];
+    let [lane, px] = light.parts();
+    let parts = [lane, px, cover_part(covering), part!("shape"), part!("layers/element")];
     let cells = Group::take(work.recorder, grid, 4, Storage::Full)?;
     let believed = Spec::new(&[&parts[..], &[part!("layers/believed")]].concat(), &[]);
-    let buffers = [&covering.buffer, &element.coc, behind, &cells.buffer];
+    let buffers = [&light.buffer, &covering.buffer, &element.coc, behind, &cells.buffer];
     work.recorder.run(&believed, &params, &buffers, workgroups(grid))?;
     let filled = fill(work, grid, vec![cells])?;
     let circle = work.recorder.take_plane(size)?;
     let extend = Spec::new(&[&parts[..], &[part!("layers/enlarge"), part!("layers/extend")]].concat(), &[]);
-    let buffers = [&covering.buffer, &element.coc, behind, &filled[0].buffer, &circle];
+    let buffers = [&light.buffer, &covering.buffer, &element.coc, behind, &filled[0].buffer, &circle];
     work.recorder.run(&extend, &params, &buffers, workgroups(size))?;
     work.recorder.give(filled.into_iter().map(|group| group.buffer));
     Ok(circle)

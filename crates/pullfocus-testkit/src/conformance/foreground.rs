@@ -2,11 +2,11 @@
 
 use super::RenderSubject;
 use super::diffusion::EXACT_DISC;
-use super::render::{all_settings, lens, run};
+use super::render::{all_settings, lens, run, same_bits};
 use crate::grid::Grid;
 use crate::scenes;
 use pullfocus_core::coc::CocCurve;
-use pullfocus_core::{CocSettings, Distance, Element, Picture, Settings, Size};
+use pullfocus_core::{CocSettings, Distance, Element, Picture, Scene, Settings, Size};
 
 /// A block in the middle third with these colours, premultiplied by its coverage.
 pub(super) fn foreground(size: Size, colors: &[f32], circle: f32) -> Element {
@@ -73,6 +73,41 @@ pub fn the_lens_says_what_is_in_front(subject: &mut impl RenderSubject) {
             let error = Grid::from_plane(&expected.colors[0]).distance_to(&rendered.colors[0]);
             // Some ten blurs of the solvers' bound, composited.
             assert!(error < 10.0 * EXACT_DISC, "{coc:?} moves an element by {error}, {settings:?}");
+        }
+    }
+}
+
+/// Light that covers nothing (alpha 0, as of sparks) goes through the lens by its own circles, as what covers does: it keeps its sum, is
+/// soft, and is added to what is behind.
+pub fn emission_is_blurred_too(subject: &mut impl RenderSubject) {
+    let size = Size::new(180, 120);
+    // Alpha in the first planes' group, and in another.
+    for planes in [1, 5] {
+        let scene = |element: f32, behind: f32| {
+            let mut glow = foreground(size, &vec![0.75; planes], element);
+            glow.picture.alpha = Some(scenes::constant(size, 0.0));
+            let colors = vec![scenes::constant(size, 0.5); planes];
+            Scene {
+                foreground: Some(glow),
+                ..scenes::by_circle(colors, None, scenes::constant(size, behind))
+            }
+        };
+        let (blurred, sharp) = (scene(-16.0, 3.0), scene(0.0, 0.0));
+        let glow = &foreground(size, &[0.75], 0.0).picture.colors[0];
+        let sum = scenes::plane(size, |x, y| 0.5 + glow.at(x, y));
+        for settings in all_settings(subject) {
+            let rendered = run(subject, &blurred, None, &settings);
+            for plane in &rendered.colors {
+                let added = Grid::from_plane(plane).map(|v| v - 0.5).sum();
+                let before = Grid::from_plane(glow).sum();
+                // Cutting a rational integrator's negative lobes adds a little.
+                assert!((added / before - 1.0).abs() < 0.01, "{settings:?}: {before} became {added}");
+                let edge = (plane.at(59, 60) - 0.5) / 0.75;
+                assert!((0.1..0.9).contains(&edge), "{settings:?}: the edge is hard ({edge})");
+            }
+            let rendered = run(subject, &sharp, None, &settings);
+            let expected = Picture::opaque(vec![sum.clone(); planes]);
+            assert!(same_bits(&rendered, &expected), "{settings:?} without blur");
         }
     }
 }

@@ -2,7 +2,9 @@
 
 use super::diffusion::{CANCELLED_WITHIN, EXACT_DISC, cancelled_after, exact};
 use super::foreground::foreground;
-pub use super::foreground::{foreground_light_is_kept, the_lens_says_what_is_in_front};
+pub use super::foreground::{
+    emission_is_blurred_too, foreground_light_is_kept, the_lens_says_what_is_in_front,
+};
 use super::{RenderSubject, bits, on_threads};
 use crate::grid::Grid;
 use crate::reference;

@@ -1,7 +1,7 @@
-// A foreground's diameters where its depth can be believed: weighted by alpha, in front of what is behind. Means over the
+// A foreground's diameters where its depth can be believed: weighted by alpha (light alone by 1), in front of what is behind. Means over the
 // cells of the finest grid; the border's pixels stand in for those beyond.
 
-@group(0) @binding(4) var<storage, read_write> cells: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> cells: array<vec4f>;
 
 @compute @workgroup_size(64, 4)
 fn main(@builtin(global_invocation_id) id: vec3u) {

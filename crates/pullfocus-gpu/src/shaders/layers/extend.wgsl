@@ -1,7 +1,7 @@
 // A foreground's diameters: its own where they can be believed, carried on from there, without their sign, where not.
 
-@group(0) @binding(4) var<storage, read> cells: array<vec4f>;
-@group(0) @binding(5) var<storage, read_write> circle: array<f32>;
+@group(0) @binding(5) var<storage, read> cells: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> circle: array<f32>;
 
 @compute @workgroup_size(64, 4)
 fn main(@builtin(global_invocation_id) id: vec3u) {
