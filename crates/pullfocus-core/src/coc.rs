@@ -123,13 +123,23 @@ impl CocCurve {
         })
     }
 
+    /// The same without the settings: what is farther away has the larger signed diameter, so that it says what is in front
+    /// of what. With the settings, several depths may share one circle.
+    pub fn lens_alone(&self) -> Self {
+        Self { front: 1.0, back: 1.0, max: f64::from(f32::MAX), protect: None, ..*self }
+    }
+
     /// Signed diameter in pixels at planar depth `z` metres (above 0, infinity allowed).
     pub fn diameter(&self, z: f64) -> f32 {
-        let mut c = self.formula.diameter(z);
-        if let Some([near, far]) = self.protect {
-            c -= c.clamp(near, far);
+        self.shape(self.formula.diameter(z))
+    }
+
+    /// What the settings make of the lens's own diameter.
+    pub fn shape(&self, c: f64) -> f32 {
+        match self.protect {
+            Some([near, far]) => self.adjust(c - c.clamp(near, far)),
+            None => self.adjust(c),
         }
-        self.adjust(c)
     }
 
     /// A diameter that is already in pixels, with front, back and maximum applied. NaN counts as in focus.
@@ -173,6 +183,23 @@ mod tests {
         }
         assert!(kept.diameter(3.01) > 0.0 && kept.diameter(3.01) < 0.1);
         assert!(kept.diameter(1.49) < 0.0 && kept.diameter(1.49) > -0.2);
+    }
+
+    #[test]
+    fn the_lens_alone_tells_depths_apart() {
+        let protect_m = Some([1.5, 3.0]);
+        let settings =
+            CocSettings { max_px: Some(2.0), front: 0.0, back: 0.5, protect_m, ..CocSettings::default() };
+        let shaped = curve(&settings);
+        let lens = shaped.lens_alone();
+        assert_eq!(CocCurve { max: lens.max, ..curve(&CocSettings::default()) }, lens);
+        let depths = [1e-6, 0.1, 0.5, 1.4, 1.6, 2.9, 3.1, 50.0, 1e4, f64::INFINITY];
+        assert!(depths.windows(2).all(|pair| lens.diameter(pair[0]) < lens.diameter(pair[1])));
+        for z in depths {
+            // Rounded once more, to f32.
+            let error = shaped.shape(f64::from(lens.diameter(z))) - shaped.diameter(z);
+            assert!(error.abs() < 1e-5, "{z}: {error}");
+        }
     }
 
     #[test]

@@ -56,7 +56,8 @@ pub struct Scene {
     pub frame: Frame,
     /// The picture with its depth: either the whole picture, or with [`Scene::foreground`] what is behind it.
     pub base: Element,
-    /// Near objects on their own, with alpha, lying over [`Scene::base`]. It has as many colour planes.
+    /// Near objects on their own, with alpha, lying over [`Scene::base`]. It has as many colour planes. Colour where alpha is 0 is light
+    /// that covers nothing.
     pub foreground: Option<Element>,
 }
 

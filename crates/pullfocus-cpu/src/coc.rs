@@ -7,21 +7,41 @@ use pullfocus_core::{
     Camera, Cancel, CocSettings, DepthDecoding, DepthKind, Distance, Error, Frame, Plane, Result,
 };
 
-/// Writes the signed diameter in pixels (positive behind focus) of every pixel of `distance` into `coc`.
+/// What makes circles of confusion of such a distance.
 ///
 /// # Errors
-/// [`Error::NoCamera`] where depth is given without one; [`Error::Setting`]; [`Error::Cancelled`].
-pub fn circle_of_confusion(
+/// [`Error::NoCamera`] where depth is given without one; [`Error::Setting`].
+pub fn curve(
     frame: &Frame,
     distance: &Distance,
     camera: Option<&Camera>,
     settings: &CocSettings,
+) -> Result<CocCurve> {
+    match distance {
+        Distance::Coc(_) => CocCurve::limits(frame, settings),
+        Distance::Depth { decoding, .. } => {
+            decoding.check()?;
+            let camera = camera.ok_or(Error::NoCamera)?;
+            CocCurve::new(camera.circle_of_confusion(frame), frame, settings)
+        }
+    }
+}
+
+/// Writes the signed diameter in pixels (positive behind focus) of every pixel of `distance` into `coc`; `curve` is [`curve`]'s,
+/// or its lens alone.
+///
+/// # Errors
+/// [`Error::NoCamera`]; [`Error::Cancelled`].
+pub fn circle_of_confusion(
+    frame: &Frame,
+    distance: &Distance,
+    camera: Option<&Camera>,
+    curve: &CocCurve,
     cancel: &Cancel,
     coc: &mut Plane,
 ) -> Result<()> {
     match distance {
         Distance::Coc(plane) => {
-            let curve = CocCurve::limits(frame, settings)?;
             coc.resize(plane.size())?;
             for_each_row(coc, cancel, |y, out| {
                 for (out, &value) in out.iter_mut().zip(plane.row(y)) {
@@ -30,12 +50,10 @@ pub fn circle_of_confusion(
             })
         }
         Distance::Depth { plane, decoding } => {
-            decoding.check()?;
             let camera = camera.ok_or(Error::NoCamera)?;
-            let curve = CocCurve::new(camera.circle_of_confusion(frame), frame, settings)?;
             coc.resize(plane.size())?;
             if decoding.kind == DepthKind::Planar && decoding.far_clip_m.is_none() {
-                return planar(plane, decoding, &curve, cancel, coc);
+                return planar(plane, decoding, curve, cancel, coc);
             }
             let half_width = camera.half_width_tangent();
             for_each_row(coc, cancel, |y, out| {
@@ -99,8 +117,8 @@ mod tests {
         let decoding = DepthDecoding { unit_m: 0.5, ..DepthDecoding::default() };
         let distance = Distance::Depth { plane: Plane::new(size, values.to_vec()).unwrap(), decoding };
         let mut coc = Plane::default();
-        circle_of_confusion(&frame, &distance, Some(&camera), &settings, &Cancel::new(), &mut coc).unwrap();
-        let curve = CocCurve::new(camera.circle_of_confusion(&frame), &frame, &settings).unwrap();
+        let curve = curve(&frame, &distance, Some(&camera), &settings).unwrap();
+        circle_of_confusion(&frame, &distance, Some(&camera), &curve, &Cancel::new(), &mut coc).unwrap();
         for (x, &value) in values.iter().enumerate() {
             let expected = curve.diameter(decoding.to_metres(value, || [0.0, 0.0]));
             assert_eq!(coc.at(x, 0), expected, "{value}");
@@ -112,14 +130,7 @@ mod tests {
         let size = Size::new(2, 2);
         let depth = Plane::filled(size, 1.0).unwrap();
         let distance = Distance::Depth { plane: depth, decoding: DepthDecoding::default() };
-        let result = circle_of_confusion(
-            &Frame::full(size),
-            &distance,
-            None,
-            &CocSettings::default(),
-            &Cancel::new(),
-            &mut Plane::default(),
-        );
+        let result = curve(&Frame::full(size), &distance, None, &CocSettings::default());
         assert_eq!(result, Err(Error::NoCamera));
     }
 }

@@ -5,6 +5,7 @@ use crate::layers;
 use crate::rows::{fold_rows, for_each_row};
 use crate::work::{Memory, Work};
 use crate::{coc, depth_repair};
+use pullfocus_core::coc::CocCurve;
 use pullfocus_core::depth::HALF_MAX;
 use pullfocus_core::picture::LARGEST;
 use pullfocus_core::{
@@ -17,11 +18,13 @@ use pullfocus_core::{
 /// Work runs on the rayon pool of the calling thread; use `ThreadPool::install` to bring one's own. The
 /// result is the same, byte for byte, for any number of threads. Beside the scene itself, `preview` needs
 /// two planes for each circle of confusion and up to four more (one for pictures of more than 64
-/// million pixels); `final` needs its layers, some 10 planes each.
+/// million pixels); `final` needs its layers, some 10 planes each. A foreground needs one more plane.
 #[derive(Debug, Default)]
 pub struct Renderer {
     memory: Memory,
     coc: Plane,
+    /// As the lens alone makes them, where there is a foreground: the picture's and the foreground's.
+    behind: Plane,
     foreground_coc: Plane,
 }
 
@@ -53,19 +56,23 @@ impl Renderer {
         let Scene { frame, base, foreground } = scene;
         let mut work = Work::new(frame, settings, cancel, &mut self.memory, &mut report);
 
-        work.stage("circle of confusion", |work| {
+        let near_curve = work.stage("circle of confusion", |work| {
             make_numbers(&mut base.picture, cancel)?;
-            circle(work, frame, &base.distance, camera, settings, &mut self.coc)?;
-            if let Some(Element { picture, distance }) = foreground {
-                make_numbers(picture, cancel)?;
-                circle(work, frame, distance, camera, settings, &mut self.foreground_coc)?;
-            }
-            Ok(())
+            let curve = coc::curve(frame, &base.distance, camera, &settings.coc)?;
+            let planes = &mut [(curve, &mut self.coc), (curve.lens_alone(), &mut self.behind)];
+            let planes = &mut planes[..1 + usize::from(foreground.is_some())];
+            circles(work, frame, &base.distance, camera, settings, planes)?;
+            let Some(Element { picture, distance }) = foreground else { return Ok(curve) };
+            make_numbers(picture, cancel)?;
+            let curve = coc::curve(frame, distance, camera, &settings.coc)?;
+            let planes = &mut [(curve.lens_alone(), &mut self.foreground_coc)];
+            circles(work, frame, distance, camera, settings, planes)?;
+            Ok(curve)
         })?;
         let mut coc_range = range(&self.coc, cancel)?;
         let in_focus = coc_range == [0.0, 0.0];
         if foreground.is_some() {
-            let [low, high] = range(&self.foreground_coc, cancel)?;
+            let [low, high] = range(&self.foreground_coc, cancel)?.map(|c| near_curve.shape(f64::from(c)));
             coc_range = [coc_range[0].min(low), coc_range[1].max(high)];
         }
         work.report.coc_range = coc_range;
@@ -100,14 +107,14 @@ impl Renderer {
             })?;
             work.report.layers += 1;
             if work.show.alone().is_none_or(|number| number as usize == layers) {
-                layers::blur_element_over(
-                    &mut work,
-                    &element.picture,
+                let near = layers::Near {
+                    picture: &element.picture,
                     alpha,
-                    &self.foreground_coc,
-                    &self.coc,
-                    &mut base.picture,
-                )?;
+                    coc: &self.foreground_coc,
+                    behind: &self.behind,
+                    curve: near_curve,
+                };
+                layers::blur_element_over(&mut work, &near, &mut base.picture)?;
             }
         }
         Ok(report)
@@ -129,7 +136,10 @@ impl Renderer {
         settings.check()?;
         let mut report = Report::default();
         let mut work = Work::new(frame, settings, cancel, &mut self.memory, &mut report);
-        work.stage("circle of confusion", |work| circle(work, frame, distance, camera, settings, coc))?;
+        work.stage("circle of confusion", |work| {
+            let curve = coc::curve(frame, distance, camera, &settings.coc)?;
+            circles(work, frame, distance, camera, settings, &mut [(curve, &mut *coc)])
+        })?;
         report.coc_range = range(coc, cancel)?;
         Ok(report)
     }
@@ -186,29 +196,33 @@ fn blur_with_background(
     Ok(())
 }
 
-/// The circle of confusion of one element, from its depth as it is or mended.
-fn circle(
+/// The circles of confusion of one element, by each of these curves, from its depth as it is or mended.
+fn circles(
     work: &mut Work<'_>,
     frame: &Frame,
     distance: &Distance,
     camera: Option<&Camera>,
     settings: &Settings,
-    coc: &mut Plane,
+    planes: &mut [(CocCurve, &mut Plane)],
 ) -> Result<()> {
-    let Distance::Depth { plane, decoding } = distance else {
-        return coc::circle_of_confusion(frame, distance, camera, &settings.coc, work.cancel, coc);
+    let cancel = work.cancel;
+    let mut write = |distance: &Distance| {
+        planes.iter_mut().try_for_each(|(curve, plane)| {
+            coc::circle_of_confusion(frame, distance, camera, curve, cancel, plane)
+        })
     };
+    let Distance::Depth { plane, decoding } = distance else { return write(distance) };
     let blended = depth_repair::blended_edges(plane, decoding, work.cancel)?;
     if work.report.blended_depth_edges.is_none() {
         work.report.blended_depth_edges = blended;
     }
     if !settings.repair_depth {
-        return coc::circle_of_confusion(frame, distance, camera, &settings.coc, work.cancel, coc);
+        return write(distance);
     }
     let mut mended = work.memory.planes.take(plane.size())?;
     depth_repair::repair(plane, decoding, work.cancel, &mut mended)?;
     let distance = Distance::Depth { plane: mended, decoding: *decoding };
-    coc::circle_of_confusion(frame, &distance, camera, &settings.coc, work.cancel, coc)?;
+    write(&distance)?;
     if let Distance::Depth { plane, .. } = distance {
         work.memory.planes.give([plane]);
     }

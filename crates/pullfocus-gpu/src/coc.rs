@@ -94,53 +94,103 @@ pub fn decode_range(bytes: &[u8]) -> [f32; 2] {
     if low > high { [0.0, 0.0] } else { [value(low), value(high)] }
 }
 
-/// Writes circles of confusion of `source`, and their range.
+/// Where an element lies among those of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// It is the whole picture.
+    Alone,
+    /// Behind a foreground.
+    Behind,
+    /// In front.
+    Front,
+}
+
+/// An element's circles of confusion.
+#[derive(Debug)]
+pub struct Circles {
+    /// What makes them.
+    pub curve: CocCurve,
+    /// Signed diameters; in front they are as the lens alone makes them.
+    pub coc: wgpu::Buffer,
+    /// The smallest and the largest of them ([`decode_range`]), and room for how many layers there are.
+    pub range: wgpu::Buffer,
+    /// Behind a foreground: as the lens alone makes them.
+    pub lens: Option<wgpu::Buffer>,
+}
+
+/// Writes circles of confusion of `source`.
 ///
 /// # Errors
-/// [`Error::NoCamera`] where depth is given without one; [`Error::Setting`].
-pub fn circle_of_confusion(
+/// As [`curve`]; [`Error::DeviceLimit`], [`Error::OutOfMemory`].
+pub fn circles(
     recorder: &mut Recorder<'_>,
     (frame, camera, settings): (&Frame, Option<&Camera>, &Settings),
+    meaning: &Meaning,
+    source: Source<'_>,
+    place: Place,
+) -> Result<Circles> {
+    let size = frame.data.size;
+    let curve = curve(frame, camera, settings, meaning)?;
+    let mut write = |curve: &CocCurve| -> Result<_> {
+        let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 12)?);
+        circle_of_confusion(recorder, (frame, camera, curve), meaning, source, &coc, &range)?;
+        Ok((coc, range))
+    };
+    let (coc, range) = write(&if place == Place::Front { curve.lens_alone() } else { curve })?;
+    let mut lens = None;
+    if place == Place::Behind {
+        let (plane, range) = write(&curve.lens_alone())?;
+        recorder.give([range]);
+        lens = Some(plane);
+    }
+    Ok(Circles { curve, coc, range, lens })
+}
+
+fn circle_of_confusion(
+    recorder: &mut Recorder<'_>,
+    (frame, camera, curve): (&Frame, Option<&Camera>, &CocCurve),
     meaning: &Meaning,
     source: Source<'_>,
     coc: &wgpu::Buffer,
     range: &wgpu::Buffer,
 ) -> Result<()> {
     let size = frame.data.size;
-    let params = params(frame, camera, settings, meaning)?;
+    let params = params(frame, camera, curve, meaning);
     let empty = recorder.memory.empty_range.clone();
     recorder.encoder().copy_buffer_to_buffer(&empty, 0, range, 0, 8);
-    let spec = Spec::new(&[part!("numbers"), source.part(), part!("coc")], &[]);
+    let spec = Spec::new(&[part!("numbers"), source.part(), part!("shape"), part!("coc")], &[]);
     let bindings = [source.binding(), coc.as_entire_binding(), range.as_entire_binding()];
     recorder.run_bound(&spec, &params, &bindings, workgroups(Size::new(size.width, size.height.div_ceil(8))))
 }
 
-/// Refuses what [`circle_of_confusion`] would.
+/// What makes circles of confusion of such numbers.
 ///
 /// # Errors
-/// As there.
-pub fn check(frame: &Frame, camera: Option<&Camera>, settings: &Settings, meaning: &Meaning) -> Result<()> {
-    params(frame, camera, settings, meaning).map(|_| ())
-}
-
-fn params(
+/// [`Error::NoCamera`] where depth is given without one; [`Error::Setting`].
+pub fn curve(
     frame: &Frame,
     camera: Option<&Camera>,
     settings: &Settings,
     meaning: &Meaning,
-) -> Result<CocParams> {
-    let Size { width, height } = frame.data.size;
-    let none = DepthDecoding::default();
-    let (curve, half_width, decoding, is_coc) = match meaning {
-        Meaning::Coc => (CocCurve::limits(frame, &settings.coc)?, 0.0, &none, true),
+) -> Result<CocCurve> {
+    match meaning {
+        Meaning::Coc => CocCurve::limits(frame, &settings.coc),
         Meaning::Depth(decoding) => {
             decoding.check()?;
             let camera = camera.ok_or(Error::NoCamera)?;
-            let formula = camera.circle_of_confusion(frame);
-            let curve = CocCurve::new(formula, frame, &settings.coc)?;
-            (curve, camera.half_width_tangent(), decoding, false)
+            CocCurve::new(camera.circle_of_confusion(frame), frame, &settings.coc)
         }
+    }
+}
+
+fn params(frame: &Frame, camera: Option<&Camera>, curve: &CocCurve, meaning: &Meaning) -> CocParams {
+    let Size { width, height } = frame.data.size;
+    let none = DepthDecoding::default();
+    let (decoding, is_coc) = match meaning {
+        Meaning::Coc => (&none, true),
+        Meaning::Depth(decoding) => (decoding, false),
     };
+    let half_width = camera.filter(|_| !is_coc).map_or(0.0, Camera::half_width_tangent);
     let (kind, scale, shift) = match decoding.kind {
         _ if is_coc => (5, 0.0, 0.0),
         DepthKind::Planar => (0, 0.0, 0.0),
@@ -155,7 +205,7 @@ fn params(
     // As core's `to_metres`: files round their far clip.
     let clip = decoding.far_clip_m.map_or(0.0, |far| 1.0 / (far * (1.0 - 1e-4)));
     let [near, far] = curve.protect.unwrap_or_default();
-    Ok(CocParams {
+    CocParams {
         width: width as u32,
         height: height as u32,
         kind,
@@ -178,7 +228,7 @@ fn params(
             (next[0] - first[0]) as f32,
             (next[1] - first[1]) as f32,
         ],
-    })
+    }
 }
 
 /// A distance channel as a plane.

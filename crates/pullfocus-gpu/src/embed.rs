@@ -1,16 +1,17 @@
 //! A pass to embed: the caller's textures in, the caller's texture out, recorded into the caller's encoder.
 
-use crate::coc::{self, Meaning, Source};
+use crate::coc::{self, Circles, Meaning, Place, Source};
 use crate::context::Context;
 use crate::diffusion::Tuning;
 use crate::memory::{self, Memory};
-use crate::pipeline::{self, Element, layout};
+use crate::pipeline::{self, Element, Near, layout};
 use crate::planes::{Group, Storage};
 use crate::recorder::{Recorder, Sink};
 use crate::spreading;
 use crate::textures;
 use crate::timer::Timer;
 use crate::work::Work;
+use pullfocus_core::coc::CocCurve;
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::{Camera, DepthDecoding, Error, Frame, Result, Settings, Size};
 
@@ -168,7 +169,7 @@ impl Context {
         for picture in std::iter::once(&inputs.base).chain(&inputs.foreground) {
             textures::check_color(picture.color, wgpu::TextureUsages::TEXTURE_BINDING)?;
             source(picture.depth.view)?;
-            coc::check(&frame, camera, settings, &meaning(picture))?;
+            coc::curve(&frame, camera, settings, &meaning(picture))?;
         }
         textures::check_color(inputs.output, wgpu::TextureUsages::RENDER_ATTACHMENT)?;
         if matches!(settings.diffusion.solver, Solver::Jacobi(JacobiStop::Tolerance(_))) {
@@ -181,21 +182,25 @@ impl Context {
         let mut recorder = Recorder::new(self, memory, Sink::Encoder(encoder), timer)?;
         recorder.stage("circle of confusion");
         let camera = (&frame, camera, settings);
-        let (base, range) = element(&mut recorder, &inputs.base, inputs.base.alpha, camera, *storage)?;
+        let place = if inputs.foreground.is_some() { Place::Behind } else { Place::Alone };
+        let base = Loaded::new(&mut recorder, &inputs.base, inputs.base.alpha, camera, *storage, place)?;
         let foreground = match &inputs.foreground {
-            Some(near) => Some(element(&mut recorder, near, true, camera, *storage)?),
+            Some(near) => Some(Loaded::new(&mut recorder, near, true, camera, *storage, Place::Front)?),
             None => None,
         };
-        let mut work = Work::new(&mut recorder, &frame, settings, *storage, *tuning, range.clone());
+        let range = base.range.clone();
+        let mut work = Work::new(&mut recorder, &frame, settings, *storage, *tuning, range);
         work.look_for_lights(&frame, settings)?;
         let found = work.look.as_ref().map(|look| look.total.clone());
-        let near = foreground.as_ref().map(|(element, _)| element);
-        pipeline::render(&mut work, &base, near, settings)?;
+        let over = foreground.as_ref().zip(base.lens.as_ref());
+        let over = over.map(|(near, behind)| Near { element: &near.element, behind, curve: &near.curve });
+        pipeline::render(&mut work, &base.element, over.as_ref(), settings)?;
         recorder.give(found);
         recorder.stage("store");
-        textures::store(&mut recorder, size, &base.groups[0], inputs.base.alpha, inputs.output)?;
-        for (element, range) in [(base, range)].into_iter().chain(foreground) {
-            recorder.give(element.groups.into_iter().map(|group| group.buffer).chain([element.coc, range]));
+        textures::store(&mut recorder, size, &base.element.groups[0], inputs.base.alpha, inputs.output)?;
+        for Loaded { element, range, lens, .. } in [base].into_iter().chain(foreground) {
+            let groups = element.groups.into_iter().map(|group| group.buffer);
+            recorder.give(groups.chain([element.coc, range]).chain(lens));
         }
         recorder.finish()
     }
@@ -243,30 +248,41 @@ fn source(view: &wgpu::TextureView) -> Result<Source<'_>> {
     }
 }
 
-/// Loads a picture and finds its circles of confusion.
-fn element(
-    recorder: &mut Recorder<'_>,
-    picture: &Picture<'_>,
-    alpha: bool,
-    camera: (&Frame, Option<&Camera>, &Settings),
-    storage: Storage,
-) -> Result<(Element, wgpu::Buffer)> {
-    let size = camera.0.data.size;
-    let planes = if alpha { 4 } else { 3 };
-    let mut groups = vec![textures::load(recorder, size, picture.color, alpha, storage)?];
-    for &count in &layout(planes)[1..] {
-        groups.push(Group::take(recorder, size, count, storage)?);
-    }
-    let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 12)?);
-    let (meaning, source) = (meaning(picture), source(picture.depth.view)?);
-    match (meaning, camera.2.repair_depth) {
-        (Meaning::Depth(decoding), true) => {
-            let plane = coc::read_depth(recorder, size, source)?;
-            let mended = coc::repair(recorder, size, &plane, &decoding)?;
-            coc::circle_of_confusion(recorder, camera, &meaning, Source::Plane(&mended), &coc, &range)?;
-            recorder.give([plane, mended]);
+/// A picture on the device, with its circles of confusion ([`Circles`]).
+struct Loaded {
+    element: Element,
+    curve: CocCurve,
+    range: wgpu::Buffer,
+    lens: Option<wgpu::Buffer>,
+}
+
+impl Loaded {
+    fn new(
+        recorder: &mut Recorder<'_>,
+        picture: &Picture<'_>,
+        alpha: bool,
+        camera: (&Frame, Option<&Camera>, &Settings),
+        storage: Storage,
+        place: Place,
+    ) -> Result<Self> {
+        let size = camera.0.data.size;
+        let planes = if alpha { 4 } else { 3 };
+        let mut groups = vec![textures::load(recorder, size, picture.color, alpha, storage)?];
+        for &count in &layout(planes)[1..] {
+            groups.push(Group::take(recorder, size, count, storage)?);
         }
-        _ => coc::circle_of_confusion(recorder, camera, &meaning, source, &coc, &range)?,
+        let (meaning, source) = (meaning(picture), source(picture.depth.view)?);
+        let circles = match (meaning, camera.2.repair_depth) {
+            (Meaning::Depth(decoding), true) => {
+                let plane = coc::read_depth(recorder, size, source)?;
+                let mended = coc::repair(recorder, size, &plane, &decoding)?;
+                let circles = coc::circles(recorder, camera, &meaning, Source::Plane(&mended), place)?;
+                recorder.give([plane, mended]);
+                circles
+            }
+            _ => coc::circles(recorder, camera, &meaning, source, place)?,
+        };
+        let Circles { curve, coc, range, lens } = circles;
+        Ok(Self { element: Element { groups, colors: 3, planes, coc }, curve, range, lens })
     }
-    Ok((Element { groups, colors: 3, planes, coc }, range))
 }

@@ -1,16 +1,17 @@
 //! One call for programs without a device of their own: opens one, brings a scene there and back.
 
-use crate::coc::{Meaning, Source, circle_of_confusion, count_blended_edges, decode_range, repair};
+use crate::coc::{Circles, Meaning, Place, Source, circles, count_blended_edges, decode_range, repair};
 use crate::context::Context;
 use crate::diffusion::{self, Conductivity, How, Medium, Tuning};
 use crate::memory::Memory;
-use crate::pipeline::{self, Element, layout};
+use crate::pipeline::{self, Element, Near, layout};
 use crate::planes::{Storage, groups};
 use crate::recorder::{Recorder, Sink, wait};
 use crate::spreading;
 use crate::timer::Timer;
 use crate::transfer::{download, place, upload, upload_plane};
 use crate::work::Work;
+use pullfocus_core::coc::CocCurve;
 use pullfocus_core::{
     Camera, Cancel, Diffusion, Distance, Error, Frame, Layering, Plane, Report, Result, Scene, Settings, Size,
 };
@@ -332,9 +333,10 @@ impl Host {
         let mut recorder = Recorder::new(&self.context, &mut self.memory, sink, self.timer.as_mut())?;
         recorder.stage("load");
         let camera = (&scene.frame, camera, settings);
-        let base = Resident::new(&mut recorder, &scene.base, camera, self.storage)?;
+        let below = if scene.foreground.is_some() { Place::Behind } else { Place::Alone };
+        let base = Resident::new(&mut recorder, &scene.base, camera, self.storage, below)?;
         let near = match &scene.foreground {
-            Some(element) => Some(Resident::new(&mut recorder, element, camera, self.storage)?),
+            Some(element) => Some(Resident::new(&mut recorder, element, camera, self.storage, Place::Front)?),
             None => None,
         };
         report.add("upload", start.elapsed());
@@ -344,7 +346,9 @@ impl Host {
         let mut work = Work::new(&mut recorder, &scene.frame, settings, self.storage, self.tuning, range);
         work.look_for_lights(&scene.frame, settings)?;
         let found = work.look.as_ref().map(|look| look.total.clone());
-        pipeline::render(&mut work, &base.element, near.as_ref().map(|near| &near.element), settings)?;
+        let over = near.as_ref().zip(base.lens.as_ref());
+        let over = over.map(|(near, behind)| Near { element: &near.element, behind, curve: &near.curve });
+        pipeline::render(&mut work, &base.element, over.as_ref(), settings)?;
         recorder.flush()?;
         report.add("blur", start.elapsed());
 
@@ -358,7 +362,8 @@ impl Host {
         let in_focus = report.coc_range == [0.0, 0.0];
         report.blended_depth_edges = base.blended_edges(&mut recorder)?;
         if let Some(near) = &near {
-            let [low, high] = near.coc_range(&mut recorder)?;
+            let lens = near.coc_range(&mut recorder)?;
+            let [low, high] = lens.map(|c| near.curve.shape(f64::from(c)));
             report.coc_range = [report.coc_range[0].min(low), report.coc_range[1].max(high)];
             if report.blended_depth_edges.is_none() {
                 report.blended_depth_edges = near.blended_edges(&mut recorder)?;
@@ -398,7 +403,10 @@ impl Host {
 /// An element of a scene on the device.
 struct Resident {
     element: Element,
+    curve: CocCurve,
     range: wgpu::Buffer,
+    /// Its circles as the lens alone makes them, where a foreground lies over it.
+    lens: Option<wgpu::Buffer>,
     /// Clean and blended depth edges, where there is depth.
     edges: Option<wgpu::Buffer>,
 }
@@ -409,19 +417,16 @@ impl Resident {
         element: &pullfocus_core::Element,
         camera: (&Frame, Option<&Camera>, &Settings),
         storage: Storage,
+        place: Place,
     ) -> Result<Self> {
         let size = camera.0.data.size;
         let planes: Vec<&Plane> = element.picture.planes().collect();
         let groups = upload(recorder, size, &planes, &layout(planes.len()), storage, true)?;
         recorder.stage("circle of confusion");
-        let (coc, range) = (recorder.take_plane(size)?, recorder.take(size, 12)?);
         let source = upload_plane(recorder, element.distance.plane())?;
         let mut edges = None;
-        match &element.distance {
-            Distance::Coc(_) => {
-                let source = Source::Plane(&source);
-                circle_of_confusion(recorder, camera, &Meaning::Coc, source, &coc, &range)?;
-            }
+        let circles = match &element.distance {
+            Distance::Coc(_) => circles(recorder, camera, &Meaning::Coc, Source::Plane(&source), place)?,
             Distance::Depth { decoding, .. } => {
                 let counts = recorder.take(size, 8)?;
                 count_blended_edges(recorder, size, &source, decoding, &counts)?;
@@ -429,21 +434,20 @@ impl Resident {
                 let meaning = Meaning::Depth(*decoding);
                 if camera.2.repair_depth {
                     let mended = repair(recorder, size, &source, decoding)?;
-                    circle_of_confusion(recorder, camera, &meaning, Source::Plane(&mended), &coc, &range)?;
+                    let circles = circles(recorder, camera, &meaning, Source::Plane(&mended), place)?;
                     recorder.give([mended]);
+                    circles
                 } else {
-                    circle_of_confusion(recorder, camera, &meaning, Source::Plane(&source), &coc, &range)?;
+                    circles(recorder, camera, &meaning, Source::Plane(&source), place)?
                 }
             }
-        }
+        };
         // Later uploads are written before what is recorded here has run.
         recorder.flush()?;
         recorder.give([source]);
-        Ok(Self {
-            element: Element { groups, colors: element.picture.colors.len(), planes: planes.len(), coc },
-            range,
-            edges,
-        })
+        let Circles { curve, coc, range, lens } = circles;
+        let element = Element { groups, colors: element.picture.colors.len(), planes: planes.len(), coc };
+        Ok(Self { element, curve, range, lens, edges })
     }
 
     fn coc_range(&self, recorder: &mut Recorder<'_>) -> Result<[f32; 2]> {
@@ -466,7 +470,7 @@ impl Resident {
 
     fn give_back(self, recorder: &mut Recorder<'_>) {
         let groups = self.element.groups.into_iter().map(|group| group.buffer);
-        recorder.give(groups.chain([self.element.coc, self.range]).chain(self.edges));
+        recorder.give(groups.chain([self.element.coc, self.range]).chain(self.lens).chain(self.edges));
     }
 }
 

@@ -4,6 +4,7 @@ use crate::bokeh::{Lights, Shown};
 use crate::layers::{self, Count};
 use crate::planes::Group;
 use crate::work::Work;
+use pullfocus_core::coc::CocCurve;
 use pullfocus_core::{Layering, Result, Settings, Show};
 
 /// A picture and its circles of confusion, on the device.
@@ -19,6 +20,17 @@ pub struct Element {
     pub coc: wgpu::Buffer,
 }
 
+/// What lies over a picture, and what tells where it does.
+#[derive(Debug, Clone, Copy)]
+pub struct Near<'a> {
+    /// Its last plane is alpha; its circles are as the lens alone makes them.
+    pub element: &'a Element,
+    /// Those of what is behind it, as the lens alone makes them, too.
+    pub behind: &'a wgpu::Buffer,
+    /// What the settings make of its circles.
+    pub curve: &'a CocCurve,
+}
+
 /// Into which groups a picture of `planes` planes goes: with room for one more, which is a layer's coverage.
 pub fn layout(planes: usize) -> Vec<u32> {
     crate::planes::groups(planes + 1)
@@ -31,14 +43,14 @@ impl Element {
     }
 }
 
-/// Blurs `base` in place, and lays `foreground`, blurred, over it: its last plane is alpha. What is shown of that may be one layer alone.
+/// Blurs `base` in place, and lays `foreground`, blurred, over it. What is shown of that may be one layer alone.
 ///
 /// # Errors
 /// As [`crate::diffusion::diffuse`].
 pub fn render(
     work: &mut Work<'_, '_>,
     base: &Element,
-    foreground: Option<&Element>,
+    foreground: Option<&Near<'_>>,
     settings: &Settings,
 ) -> Result<()> {
     let picture: Vec<&Group> = base.used().iter().collect();
@@ -66,12 +78,10 @@ pub fn render(
             Count::Found(layers)
         }
     };
-    let Some(element) = foreground else { return Ok(()) };
-    let coc = (&element.coc, &base.coc);
-    let alpha = element.planes - 1;
+    let Some(near) = foreground else { return Ok(()) };
     match work.show {
-        Show::Result => layers::blur_element_over(work, element.used(), alpha, coc, &picture),
-        _ => layers::show_element(work, element.used(), alpha, coc, &picture, layers),
+        Show::Result => layers::blur_element_over(work, near, &picture),
+        _ => layers::show_element(work, near, &picture, layers),
     }
 }
 

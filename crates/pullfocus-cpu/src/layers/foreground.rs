@@ -2,8 +2,9 @@
 //!
 //! # Theory
 //! A near object out of focus turns transparent at its edges, and what is behind shows through. The element's
-//! circles of confusion are carried beyond it (averages weighted by alpha, at several scales); then its alpha and its premultiplied
-//! colour are blurred with the carried circles, and the result is laid over what is behind.
+//! circles of confusion are carried beyond it (averages weighted by alpha, and by 1 where light covers nothing, at several
+//! scales); then its alpha and its premultiplied colour are blurred with the carried circles, and the result is laid over what is
+//! behind.
 //!
 //! # Changes from the paper
 //! The paper diffuses colour and alpha with gamma = alpha, too. Where gamma is 0 the initial value counts for
@@ -17,24 +18,34 @@ use super::over;
 use crate::bokeh::Shown;
 use crate::rows::for_each_row;
 use crate::work::Work;
+use pullfocus_core::bokeh::brightness;
+use pullfocus_core::coc::CocCurve;
 use pullfocus_core::layers::fill::finest_step;
 use pullfocus_core::{Picture, Plane, Result, Show};
 
-/// Blurs `element` with the circles `coc` and lays it over `picture`, whose own circles are `behind`, or over nothing where it is shown
-/// alone. Both have the same colour planes, and `alpha` is the element's coverage.
-pub fn blur_element_over(
-    work: &mut Work<'_>,
-    element: &Picture,
-    alpha: &Plane,
-    coc: &Plane,
-    behind: &Plane,
-    picture: &mut Picture,
-) -> Result<()> {
-    let circle = work.stage("foreground", |work| extend(work, &Believed { alpha, coc, behind }))?;
+/// An element, and what tells where its depth can be believed: where it lies in front of what is behind. An anti-aliased edge pixel
+/// whose centre missed the element carries the depth of whatever is farther away.
+pub struct Near<'a> {
+    /// Its colours.
+    pub picture: &'a Picture,
+    /// Its coverage.
+    pub alpha: &'a Plane,
+    /// Its circles as the lens alone makes them.
+    pub coc: &'a Plane,
+    /// Those of what is behind it. Farther away is a larger signed diameter, whatever the focus; not so once settings have cut it.
+    pub behind: &'a Plane,
+    /// What the settings make of its circles.
+    pub curve: CocCurve,
+}
+
+/// Blurs `near` and lays it over `picture`, or over nothing where it is shown alone. Both have the same colour planes.
+pub fn blur_element_over(work: &mut Work<'_>, near: &Near<'_>, picture: &mut Picture) -> Result<()> {
+    let Near { alpha, coc, .. } = *near;
+    let circle = work.stage("foreground", |work| extend(work, near))?;
     let mut planes = Vec::new();
     // Light changes no matte.
     let matte = work.show.is_matte();
-    let colors = if matte { &[] } else { &element.colors[..] };
+    let colors = if matte { &[] } else { &near.picture.colors[..] };
     for plane in colors.iter().chain([alpha]) {
         planes.push(work.memory.planes.copy(plane)?);
     }
@@ -70,15 +81,31 @@ pub fn blur_element_over(
     Ok(())
 }
 
-/// The element's diameters where its depth can be believed: weighted by alpha, in front of what is behind. An
-/// anti-aliased edge pixel whose centre missed the element carries the depth of whatever is farther away.
-struct Believed<'a> {
-    alpha: &'a Plane,
-    coc: &'a Plane,
-    behind: &'a Plane,
+impl Near<'_> {
+    /// How much the depth of a pixel says about the element.
+    #[inline(always)]
+    fn weight(&self, x: usize, y: usize) -> f32 {
+        let alpha = self.alpha.at(x, y);
+        if self.coc.at(x, y) >= self.behind.at(x, y) {
+            0.0
+        } else if alpha > 0.0 {
+            alpha.min(1.0)
+        } else {
+            // Light that covers nothing, as of sparks, has a depth, too.
+            let light = brightness(self.picture.colors.iter().map(|plane| plane.at(x, y)));
+            if light > 0.0 { 1.0 } else { 0.0 }
+        }
+    }
+
+    /// The circle of a pixel, with the settings on top.
+    #[inline(always)]
+    fn circle(&self, x: usize, y: usize) -> f32 {
+        self.curve.shape(f64::from(self.coc.at(x, y)))
+    }
 }
 
-impl Sources for Believed<'_> {
+/// The element's diameters, weighted.
+impl Sources for Near<'_> {
     fn groups(&self) -> &[usize] {
         &[1]
     }
@@ -87,28 +114,25 @@ impl Sources for Believed<'_> {
     fn weighted_rows(&self, y: usize, rows: &mut [Vec<f32>]) {
         let [circles, weights] = rows else { return };
         for (x, (circle, weight)) in circles.iter_mut().zip(weights).enumerate() {
-            let c = self.coc.at(x, y);
-            // Farther away is a larger signed diameter, whatever the focus.
-            *weight = if c < self.behind.at(x, y) { self.alpha.at(x, y).clamp(0.0, 1.0) } else { 0.0 };
-            *circle = c.abs() * *weight;
+            *weight = self.weight(x, y);
+            *circle = self.circle(x, y).abs() * *weight;
         }
     }
 }
 
 /// Diameters: the element's own where they can be believed, carried on from there where not, without their sign.
-fn extend(work: &mut Work<'_>, believed: &Believed<'_>) -> Result<Plane> {
-    let size = believed.coc.size();
-    let mut filled = fill(work, size, believed)?;
+fn extend(work: &mut Work<'_>, near: &Near<'_>) -> Result<Plane> {
+    let size = near.coc.size();
+    let mut filled = fill(work, size, near)?;
     let step = finest_step(work.display_width);
     let mut circle = work.memory.planes.take(size)?;
     for_each_row(&mut circle, work.cancel, |y, row| {
         if let Some(filled) = filled.first() {
             enlarge_row(filled, step, y, 0, row);
         }
-        let own = believed.coc.row(y).iter().zip(believed.behind.row(y));
-        for ((circle, (&c, &behind)), &alpha) in row.iter_mut().zip(own).zip(believed.alpha.row(y)) {
-            if alpha > 0.0 && c < behind {
-                *circle = c;
+        for (x, circle) in row.iter_mut().enumerate() {
+            if near.weight(x, y) > 0.0 {
+                *circle = near.circle(x, y);
             }
         }
     })?;

@@ -10,7 +10,7 @@ mod general;
 
 pub use alone::even;
 pub use background::{blur_over_background, one_over_background};
-pub use foreground::blur_element_over;
+pub use foreground::{Near, blur_element_over};
 pub use general::blur_layers;
 
 use crate::rows::for_each_row;

@@ -3,14 +3,15 @@
 
 use super::alone::{Count, clear, take_place};
 use super::fill::fill;
-use super::over::over;
+use super::over::{cover_part, over};
 use crate::bokeh::Shown;
-use crate::pipeline::bring_back;
+use crate::pipeline::{Near, bring_back};
 use crate::planes::{Group, Storage, workgroups};
 use crate::shader::{Spec, part, uniform};
 use crate::work::Work;
 use pullfocus_core::Result;
 use pullfocus_core::layers::fill::{finest_step, grid_size};
+use pullfocus_core::layers::general::LEADING;
 
 uniform! {
     /// See `element.wgsl`.
@@ -20,27 +21,28 @@ uniform! {
         grid_width: u32,
         grid_height: u32,
         step: u32,
-        alpha: u32,
+        coverage: u32,
+        leading: u32,
+        protect: u32,
+        near: f32,
+        far: f32,
+        front: f32,
+        back: f32,
+        largest: f32,
     }
 }
 
-/// Blurs `element` (its colour planes, then alpha as plane `alpha`), in place, with the circles `coc` and lays it over
-/// `picture`, whose own circles are `behind`. Planes stand in the same groups in both.
+/// Blurs `near`, in place, and lays it over `picture`. Planes stand in the same groups in both.
 ///
 /// # Errors
 /// As [`crate::diffusion::diffuse`].
-pub fn blur_element_over(
-    work: &mut Work<'_, '_>,
-    element: &[Group],
-    alpha: usize,
-    (coc, behind): (&wgpu::Buffer, &wgpu::Buffer),
-    picture: &[&Group],
-) -> Result<()> {
+pub fn blur_element_over(work: &mut Work<'_, '_>, near: &Near<'_>, picture: &[&Group]) -> Result<()> {
+    let (element, alpha) = (near.element.used(), near.element.planes - 1);
     work.recorder.stage("foreground");
-    let circle = extend(work, &element[alpha / 4], alpha % 4, coc, behind)?;
+    let circle = extend(work, near)?;
     let groups: Vec<&Group> = element.iter().collect();
     // The carried circles, on the element's own side of focus.
-    let lights = work.take_lights(&groups, alpha, [&circle, coc])?;
+    let lights = work.take_lights(&groups, alpha, [&circle, &near.element.coc])?;
     work.recorder.stage("foreground");
     work.blur(&groups, &circle, None)?;
     work.recorder.stage("composite");
@@ -50,19 +52,18 @@ pub fn blur_element_over(
     Ok(())
 }
 
-/// Shows `element`, the last layer, or its matte, in the place of `picture`, if that is what is asked for behind `farther` layers. For the rest
+/// Shows `near`, the last layer, or its matte, in the place of `picture`, if that is what is asked for behind `farther` layers. For the rest
 /// see [`blur_element_over`].
 ///
 /// # Errors
 /// As [`crate::diffusion::diffuse`].
 pub fn show_element(
     work: &mut Work<'_, '_>,
-    element: &[Group],
-    alpha: usize,
-    (coc, behind): (&wgpu::Buffer, &wgpu::Buffer),
+    near: &Near<'_>,
     picture: &[&Group],
     farther: Count,
 ) -> Result<()> {
+    let (element, alpha) = (near.element.used(), near.element.planes - 1);
     let Some(number) = work.show.alone() else { return Ok(()) };
     let may_be = match farther {
         Count::Known(count) => number == count,
@@ -74,7 +75,7 @@ pub fn show_element(
     let asked = (number, farther);
     let covering = (&element[alpha / 4], (alpha % 4) as u32);
     work.recorder.stage("foreground");
-    let circle = extend(work, &element[alpha / 4], alpha % 4, coc, behind)?;
+    let circle = extend(work, near)?;
     let groups: Vec<&Group> = element.iter().collect();
     if work.show.is_matte() {
         // Light changes no matte, and no other plane is looked at.
@@ -84,7 +85,7 @@ pub fn show_element(
         work.recorder.give([circle]);
         return Ok(());
     }
-    let lights = work.take_lights(&groups, alpha, [&circle, coc])?;
+    let lights = work.take_lights(&groups, alpha, [&circle, &near.element.coc])?;
     work.recorder.stage("foreground");
     work.blur(&groups, &circle, None)?;
     work.recorder.stage("composite");
@@ -103,13 +104,11 @@ pub fn show_element(
 }
 
 /// Diameters: the element's own where they can be believed, carried on from there, without their sign, where not.
-fn extend(
-    work: &mut Work<'_, '_>,
-    group: &Group,
-    alpha: usize,
-    coc: &wgpu::Buffer,
-    behind: &wgpu::Buffer,
-) -> Result<wgpu::Buffer> {
+fn extend(work: &mut Work<'_, '_>, near: &Near<'_>) -> Result<wgpu::Buffer> {
+    let Near { element, behind, curve } = *near;
+    let alpha = element.planes - 1;
+    let covering = &element.groups[alpha / 4];
+    let [near, far] = curve.protect.unwrap_or_default();
     let size = work.size;
     let step = finest_step(work.display_width);
     let grid = grid_size(size, step);
@@ -119,18 +118,27 @@ fn extend(
         grid_width: grid.width as u32,
         grid_height: grid.height as u32,
         step: step as u32,
-        alpha: alpha as u32,
+        coverage: (alpha % 4) as u32,
+        leading: element.colors.min(LEADING) as u32,
+        protect: curve.protect.is_some().into(),
+        near: near as f32,
+        far: far as f32,
+        front: curve.front as f32,
+        back: curve.back as f32,
+        largest: curve.max as f32,
     };
-    let [lane, px] = group.parts();
+    // The first group, with the leading colours.
+    let light = &element.groups[0];
+    let [lane, px] = light.parts();
+    let parts = [lane, px, cover_part(covering), part!("shape"), part!("layers/element")];
     let cells = Group::take(work.recorder, grid, 4, Storage::Full)?;
-    let believed = Spec::new(&[lane, px, part!("layers/element"), part!("layers/believed")], &[]);
-    let buffers = [&group.buffer, coc, behind, &cells.buffer];
+    let believed = Spec::new(&[&parts[..], &[part!("layers/believed")]].concat(), &[]);
+    let buffers = [&light.buffer, &covering.buffer, &element.coc, behind, &cells.buffer];
     work.recorder.run(&believed, &params, &buffers, workgroups(grid))?;
     let filled = fill(work, grid, vec![cells])?;
     let circle = work.recorder.take_plane(size)?;
-    let extend =
-        Spec::new(&[lane, px, part!("layers/element"), part!("layers/enlarge"), part!("layers/extend")], &[]);
-    let buffers = [&group.buffer, coc, behind, &filled[0].buffer, &circle];
+    let extend = Spec::new(&[&parts[..], &[part!("layers/enlarge"), part!("layers/extend")]].concat(), &[]);
+    let buffers = [&light.buffer, &covering.buffer, &element.coc, behind, &filled[0].buffer, &circle];
     work.recorder.run(&extend, &params, &buffers, workgroups(size))?;
     work.recorder.give(filled.into_iter().map(|group| group.buffer));
     Ok(circle)

@@ -70,22 +70,12 @@ fn dioptres(value: f32, x: u32, y: u32) -> f32 {
     return select(w, 0.0, w <= p.clip);
 }
 
-fn adjusted(c: f32) -> f32 {
-    let factor = select(p.back, p.front, c < 0.0);
-    // A factor of 0 wins over infinity.
-    let diameter = select(clamp(c * factor, -p.largest, p.largest), 0.0, factor == 0.0);
-    // No -0.
-    return select(diameter, 0.0, diameter == 0.0);
-}
-
 fn diameter(value: f32, x: u32, y: u32) -> f32 {
     if p.kind == 5u {
         if is_nan(value) { return 0.0; }
-        return adjusted(clamp(value, -1e30, 1e30));
+        return shaped(clamp(value, -1e30, 1e30));
     }
-    var c = p.at_infinity - p.metre_pixels * dioptres(value, x, y);
-    if p.protect != 0u { c -= clamp(c, p.near, p.far); }
-    return adjusted(c);
+    return shaped(p.at_infinity - p.metre_pixels * dioptres(value, x, y));
 }
 
 // Bits in the order of the numbers.

@@ -33,6 +33,7 @@
 pub mod bokeh;
 mod compare;
 pub mod diffusion;
+mod foreground;
 pub mod render;
 pub mod show;
 
@@ -227,6 +228,7 @@ macro_rules! render_list {
             a_pinhole_keeps_every_bit, one_layer_matches_the_f64_reference, constants_are_kept,
             empty_pixels_stay_empty, numbers_that_are_none_follow_the_rule, any_depth_gives_numbers,
             every_small_size_renders, a_mirrored_scene_gives_the_mirrored_picture, foreground_light_is_kept,
+            the_lens_says_what_is_in_front, emission_is_blurred_too,
             one_thing_keeps_its_light, bright_lights_leave_nothing_negative,
             a_near_edge_is_soft_over_a_sharp_one, a_sliver_between_two_things_is_blurred, a_focus_pull_has_no_jumps, alpha_goes_through_the_same_lens,
             further_planes_do_not_change_the_others, any_number_of_threads_gives_the_same_bytes,

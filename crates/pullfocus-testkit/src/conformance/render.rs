@@ -1,6 +1,10 @@
 //! Checks of a backend's whole pipeline. Each panics with what differs.
 
 use super::diffusion::{CANCELLED_WITHIN, EXACT_DISC, cancelled_after, exact};
+use super::foreground::foreground;
+pub use super::foreground::{
+    emission_is_blurred_too, foreground_light_is_kept, the_lens_says_what_is_in_front,
+};
 use super::{RenderSubject, bits, on_threads};
 use crate::grid::Grid;
 use crate::reference;
@@ -9,8 +13,8 @@ use pullfocus_core::diffusion::{Diffusion, Integrator, JacobiStop, Solver};
 use pullfocus_core::picture::LARGEST;
 use pullfocus_core::response::Rational;
 use pullfocus_core::{
-    Camera, Cancel, DepthDecoding, DepthKind, Distance, Element, Error, Layering, Lens, Method, Picture,
-    Plane, Preset, Scene, Settings, Size,
+    Camera, Cancel, DepthDecoding, DepthKind, Distance, Error, Layering, Lens, Method, Picture, Plane,
+    Preset, Scene, Settings, Size,
 };
 
 /// Every layering with the final integrator, layers with the Gaussian's, and the preview; every kind of layering with
@@ -79,7 +83,7 @@ fn circle_mut(scene: &mut Scene) -> &mut Plane {
     }
 }
 
-fn lens(aperture_diameter_m: f64, focus_m: f64) -> Camera {
+pub(super) fn lens(aperture_diameter_m: f64, focus_m: f64) -> Camera {
     Camera::new(Lens::Ideal { fov_x_degrees: 40.0, aperture_diameter_m }, focus_m).expect("a lens")
 }
 
@@ -144,18 +148,6 @@ pub fn constants_are_kept(subject: &mut impl RenderSubject) {
                 assert!(error < 10.0 * EXACT_DISC, "{settings:?} moves a constant by {error:e}");
             }
         }
-    }
-}
-
-/// A block in the middle third with these colours, premultiplied by its coverage.
-pub(super) fn foreground(size: Size, colors: &[f32], circle: f32) -> Element {
-    let third = |n: usize, i: usize| (n / 3..2 * n / 3).contains(&i);
-    let alpha =
-        scenes::plane(size, |x, y| if third(size.width, x) && third(size.height, y) { 1.0 } else { 0.0 });
-    let colors = colors.iter().map(|c| scenes::plane(size, |x, y| c * alpha.at(x, y))).collect();
-    Element {
-        picture: Picture { colors, alpha: Some(alpha) },
-        distance: Distance::Coc(scenes::constant(size, circle)),
     }
 }
 
@@ -278,23 +270,6 @@ pub fn a_mirrored_scene_gives_the_mirrored_picture(subject: &mut impl RenderSubj
             // Some ten blurs of the solvers' bound, composited.
             assert!(error < 10.0 * EXACT_DISC, "{settings:?} differs by {error:e}");
         }
-    }
-}
-
-/// A white foreground over black gives as much light as its alpha holds, spread softly.
-pub fn foreground_light_is_kept(subject: &mut impl RenderSubject) {
-    let size = Size::new(180, 120);
-    let black = scenes::by_circle(vec![scenes::constant(size, 0.0)], None, scenes::constant(size, 3.0));
-    for settings in all_settings(subject) {
-        let mut scene = black.clone();
-        scene.foreground = Some(foreground(size, &[1.0], -16.0));
-        let before = scene.foreground.as_ref().map_or(0.0, |f| Grid::from_plane(&f.picture.colors[0]).sum());
-        let rendered = run(subject, &scene, None, &settings);
-        let after = Grid::from_plane(&rendered.colors[0]).sum();
-        // Cutting a rational integrator's negative lobes adds a little.
-        assert!((after / before - 1.0).abs() < 0.01, "{settings:?}: {before} became {after}");
-        let edge = rendered.colors[0].at(59, 60);
-        assert!((0.1..0.9).contains(&edge), "{settings:?}: the edge is hard ({edge})");
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::RenderSubject;
 use super::compare_pictures;
-use super::render::{all_finite, all_settings, busy, foreground, run, same_bits};
+use super::foreground::foreground;
+use super::render::{all_finite, all_settings, busy, run, same_bits};
 use crate::grid::Grid;
 use crate::scenes;
 use pullfocus_core::{Bokeh, Cancel, Layering, Picture, Plane, Scene, Settings, Show, Size};

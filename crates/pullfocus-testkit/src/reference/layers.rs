@@ -4,6 +4,7 @@
 use super::diffusion::{diffuse, diffuse_evenly};
 use crate::grid::Grid;
 use pullfocus_core::diffusion::Diffusion;
+use pullfocus_core::layers::general::LEADING;
 
 /// The least specific heat in a diffusion whose gamma is a matte: where a whole line has none, its system would be
 /// singular (the second paper did the same).
@@ -79,12 +80,11 @@ pub fn over(front: &[Grid], alpha: &Grid, behind: &[Grid]) -> Vec<Grid> {
 }
 
 /// A filter size to extend an element's diameters with: its largest.
-fn reach(element: &Element) -> f64 {
-    element
-        .diameter
+fn reach(diameter: &Grid, weight: &Grid) -> f64 {
+    diameter
         .data
         .iter()
-        .zip(&element.alpha.data)
+        .zip(&weight.data)
         .filter(|(_, a)| **a > 0.0)
         .fold(1.0, |most, (c, _)| most.max(c.abs()))
 }
@@ -93,16 +93,20 @@ fn reach(element: &Element) -> f64 {
 /// Returns colours and coverage. **The coverage becomes 1 everywhere for a binary matte** (where the object is in every row
 /// and column; where it is not, in the rows and columns through it).
 pub fn foreground_letter(element: &Element, settings: &Diffusion) -> (Vec<Grid>, Grid) {
-    let extended = extend(&element.diameter, &element.alpha, reach(element), settings);
+    let reach = reach(&element.diameter, &element.alpha);
+    let extended = extend(&element.diameter, &element.alpha, reach, settings);
     let gamma = element.alpha.map(|a| a.max(LEAST_GAMMA));
     let blur = |x: &Grid| diffuse(x, &extended, Some(&gamma), 1.0, settings);
     (element.colors.iter().map(blur).collect(), blur(&element.alpha))
 }
 
-/// The foreground with coverage conserved: diameters extended with gamma = alpha; then premultiplied colours and alpha
-/// diffused with gamma = 1.
+/// The foreground with coverage conserved: diameters extended with gamma = alpha, and 1 where light covers nothing; then
+/// premultiplied colours and alpha diffused with gamma = 1.
 pub fn foreground_conserving(element: &Element, settings: &Diffusion) -> (Vec<Grid>, Grid) {
-    let extended = extend(&element.diameter, &element.alpha, reach(element), settings);
+    let colors = element.colors.iter().take(LEADING);
+    let light = colors.fold(element.alpha.map(|_| 0.0), |most, color| most.zip(color, f64::max));
+    let weight = element.alpha.zip(&light, |a, light| if a <= 0.0 && light > 0.0 { 1.0 } else { a });
+    let extended = extend(&element.diameter, &weight, reach(&element.diameter, &weight), settings);
     let blur = |x: &Grid| diffuse(x, &extended, None, 1.0, settings);
     (element.colors.iter().map(blur).collect(), blur(&element.alpha))
 }
@@ -152,6 +156,15 @@ mod tests {
         let white = vec![Grid::filled(60, 60, 1.0)];
         let picture = over(&colors, &coverage, &white);
         assert!(picture[0].data.iter().all(|v| (v - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn light_that_covers_nothing_goes_the_same_way() {
+        let element = square();
+        let glow = Element { alpha: element.alpha.map(|_| 0.0), ..element.clone() };
+        let (covering, _) = foreground_conserving(&element, &Diffusion::default());
+        let (light, coverage) = foreground_conserving(&glow, &Diffusion::default());
+        assert!(light == covering && coverage.data.iter().all(|a| *a == 0.0));
     }
 
     #[test]

@@ -1,7 +1,7 @@
-// A foreground's diameters where its depth can be believed: weighted by alpha, in front of what is behind. Means over the
+// A foreground's diameters where its depth can be believed: weighted by alpha (light alone by 1), in front of what is behind. Means over the
 // cells of the finest grid; the border's pixels stand in for those beyond.
 
-@group(0) @binding(4) var<storage, read_write> cells: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> cells: array<vec4f>;
 
 @compute @workgroup_size(64, 4)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -11,12 +11,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let y = min(id.y * p.step + dy, p.height - 1u);
         for (var dx = 0u; dx < p.step; dx++) {
             let at = y * p.width + min(id.x * p.step + dx, p.width - 1u);
-            let c = coc[at];
-            // Farther away is a larger signed diameter, whatever the focus.
-            if c < behind[at] {
-                let weight = clamp(lane_part(px_unpack(element[at]), p.alpha), 0.0, 1.0);
-                sum += vec2f(abs(c) * weight, weight);
-            }
+            let weight = weight_at(at);
+            sum += vec2f(abs(shaped(coc[at])) * weight, weight);
         }
     }
     let mean = sum / f32(p.step * p.step);
