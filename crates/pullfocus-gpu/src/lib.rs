@@ -38,6 +38,8 @@
 //!
 //! `docs/methods/gpu.md` in the project has the memory, the passes and what they cost.
 
+#[cfg(test)]
+mod barriers;
 mod bokeh;
 mod coc;
 mod context;

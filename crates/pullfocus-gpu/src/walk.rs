@@ -172,6 +172,9 @@ fn every_shader_is_valid_and_lies_in_memory_as_the_program_says() {
         context.specs().iter().flat_map(|spec| &spec.parts).map(|part| part.name.to_owned()).collect();
     let written = written(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shaders"), "");
     assert_eq!(used, written, "every file is a part of a shader");
+    for spec in context.specs() {
+        assert_eq!(crate::barriers::check(&spec.source()), Ok(()), "{}", spec.label());
+    }
 }
 
 /// Names of all shader files.
