@@ -34,7 +34,8 @@ impl Buffers {
     /// Buffers for pictures of `size`; most of them are made by the first recording.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`]; [`Error::DeviceLimit`] where a group of four planes is more than one binding may hold.
+    /// [`Error::OutOfMemory`]; [`Error::DeviceLimit`] where a group of four planes is more than one binding may hold, and for a
+    /// device that cannot blur at all ([`Context::is_usable`]).
     pub fn new(context: &Context, size: Size, storage: Storage) -> Result<Self> {
         let memory = Memory::new(context)?;
         memory::check_binding(context, size.area() as u64 * Group::pixel_bytes(4, storage))?;
@@ -130,7 +131,9 @@ impl Context {
     /// # Errors
     /// [`Error::SizeMismatch`], [`Error::NoCamera`], [`Error::Setting`]; [`Error::DeviceLimit`] and
     /// [`Error::OutOfMemory`] with numbers; [`Error::DeviceLost`] once the device is known to be lost;
-    /// [`Error::Unsupported`] for formats of whole numbers and for Jacobi with a tolerance.
+    /// [`Error::Unsupported`] for textures that cannot be bound (formats of whole numbers, several samples, not two dimensions, a
+    /// usage that is missing) and for Jacobi with a tolerance. What is wrong with `inputs` and `frame` is refused before
+    /// anything is recorded.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -164,7 +167,8 @@ impl Context {
         if size.area() == 0 {
             return Ok(());
         }
-        // All that can be refused is refused before anything is recorded.
+        // All that is wrong with what was given is refused before anything is recorded; that the device is too small may
+        // come out on the way.
         for picture in std::iter::once(&inputs.base).chain(&inputs.foreground) {
             textures::check_color(picture.color, wgpu::TextureUsages::TEXTURE_BINDING)?;
             source(picture.depth.view)?;
@@ -230,6 +234,7 @@ fn meaning(picture: &Picture<'_>) -> Meaning {
 
 /// How a depth texture is read.
 fn source(view: &wgpu::TextureView) -> Result<Source<'_>> {
+    textures::check_picture(view, wgpu::TextureUsages::TEXTURE_BINDING)?;
     let format = view.texture().format();
     if format.has_depth_aspect() {
         Ok(Source::DepthTexture(view))

@@ -52,8 +52,9 @@ struct Bound {
 
 impl Memory {
     /// # Errors
-    /// [`Error::OutOfMemory`].
+    /// [`Error::DeviceLimit`] for a device that cannot blur at all; [`Error::OutOfMemory`].
     pub fn new(context: &Context) -> Result<Self> {
+        context.check_limits()?;
         use wgpu::BufferUsages as Use;
         let size = Size::new(1, 1);
         let small = |bytes, usage| create(context, "working memory of a GPU", size, bytes, usage);

@@ -52,6 +52,33 @@ pub fn reads_as_floats(format: wgpu::TextureFormat) -> bool {
         && matches!(format.sample_type(None, None), Some(wgpu::TextureSampleType::Float { .. }))
 }
 
+/// Refuses textures that cannot be bound as a picture.
+///
+/// # Errors
+/// [`Error::Unsupported`].
+pub fn check_picture(view: &wgpu::TextureView, usage: wgpu::TextureUsages) -> Result<()> {
+    let texture = view.texture();
+    if texture.dimension() != wgpu::TextureDimension::D2 {
+        return Err(Error::Unsupported {
+            what: "a texture of one or three dimensions",
+            reason: "pictures have width and height; give a view of a two-dimensional texture",
+        });
+    }
+    if texture.sample_count() != 1 {
+        return Err(Error::Unsupported {
+            what: "a texture with several samples for each pixel",
+            reason: "one value for each pixel is read and written; resolve it first",
+        });
+    }
+    if !texture.usage().contains(usage) {
+        return Err(Error::Unsupported {
+            what: "a texture without the usage that is needed",
+            reason: "inputs need TEXTURE_BINDING, the output RENDER_ATTACHMENT",
+        });
+    }
+    Ok(())
+}
+
 /// Refuses textures of whole numbers, and such as may not be used so.
 ///
 /// # Errors
@@ -63,13 +90,7 @@ pub fn check_color(texture: &wgpu::TextureView, usage: wgpu::TextureUsages) -> R
             reason: "it must be read as numbers between 0 and 1 or as floating point",
         });
     }
-    if !texture.texture().usage().contains(usage) {
-        return Err(Error::Unsupported {
-            what: "a colour texture without the usage that is needed",
-            reason: "inputs need TEXTURE_BINDING, the output RENDER_ATTACHMENT",
-        });
-    }
-    Ok(())
+    check_picture(texture, usage)
 }
 
 /// Renders a group into the caller's texture: a pass of one triangle over `size` pixels.

@@ -496,6 +496,46 @@ fn what_does_not_fit_is_refused() {
     let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
     let refused = context.record(&mut encoder, &mut buffers, &inputs, &none, None);
     assert_eq!(refused, Err(Error::NoCamera));
+
+    // Textures that cannot be bound, in each place.
+    let one = texture_of(&textures, Format::Rgba32Float, Use::STORAGE_BINDING);
+    let volume = wgpu::TextureDescriptor { dimension: wgpu::TextureDimension::D3, ..one.clone() };
+    let volume = wgpu::TextureDescriptor { usage: Use::TEXTURE_BINDING | Use::RENDER_ATTACHMENT, ..volume };
+    let samples = wgpu::TextureDescriptor {
+        sample_count: 4,
+        format: Format::Rgba16Float,
+        usage: Use::TEXTURE_BINDING | Use::RENDER_ATTACHMENT,
+        ..one.clone()
+    };
+    for descriptor in [one, volume, samples] {
+        let made = context.device().create_texture(&descriptor);
+        let bad = view(&made);
+        let base = textures.picture();
+        let depth = Picture { depth: Depth { view: &bad, ..base.depth }, ..base };
+        let color = Picture { color: &bad, ..base };
+        let output = Inputs { output: &bad, ..inputs };
+        let near = Inputs { foreground: Some(depth), ..inputs };
+        for inputs in [Inputs { base: depth, ..inputs }, Inputs { base: color, ..inputs }, output, near] {
+            let refused = context.record(&mut encoder, &mut buffers, &inputs, &frame, None);
+            assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?} {descriptor:?}");
+        }
+    }
+    // Nothing of all that is in the encoder.
+    context.queue().submit([encoder.finish()]);
+    assert_eq!(buffers.made(), 0);
+}
+
+fn texture_of(frame: &Frame32, format: Format, usage: Use) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
+        label: None,
+        size: frame.output.size(),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    }
 }
 
 /// A device of its own, with the limits that `change` makes of WebGPU's defaults.
@@ -520,6 +560,11 @@ fn small_device(change: impl FnOnce(&mut wgpu::Limits)) -> Context {
 }
 
 fn small_limits_are_errors_with_numbers() {
+    let context = small_device(|limits| limits.max_storage_buffers_per_shader_stage = 4);
+    assert!(!Context::is_usable(context.limits()));
+    let refused = Buffers::new(&context, Size::new(8, 8), Storage::Full);
+    let error = refused.expect_err("eight buffers cannot be bound");
+    assert!(matches!(error, Error::DeviceLimit { needed: 8, allowed: 4, .. }), "{error}");
     let context = small_device(|limits| limits.max_storage_buffer_binding_size = 1 << 20);
     let refused = Buffers::new(&context, Size::new(512, 512), Storage::Full);
     let error = refused.expect_err("four megabytes do not fit into one");

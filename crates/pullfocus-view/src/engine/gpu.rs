@@ -9,14 +9,6 @@ use pullfocus_core::{Distance, Element, Error, Report, Result, Size, Storage};
 use pullfocus_gpu::{Buffers, Context, Depth, FrameSettings, Inputs, Picture, Timer};
 use std::sync::Arc;
 
-/// Whether a device has what the blur needs.
-pub fn is_usable(device: &wgpu::Device) -> bool {
-    let limits = device.limits();
-    limits.max_compute_invocations_per_workgroup >= 256
-        && limits.max_compute_workgroup_storage_size >= 16 << 10
-        && limits.max_storage_buffers_per_shader_stage >= 8
-}
-
 /// Textures of an element.
 struct Resident {
     color: Texture,
