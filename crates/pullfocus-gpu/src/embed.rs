@@ -1,5 +1,6 @@
 //! A pass to embed: the caller's textures in, the caller's texture out, recorded into the caller's encoder.
 
+use crate::bokeh;
 use crate::coc::{self, Meaning, Source};
 use crate::context::Context;
 use crate::diffusion::Tuning;
@@ -146,6 +147,7 @@ impl Context {
         settings.check()?;
         spreading::check(settings)?;
         let size = buffers.size;
+        bokeh::check(self, size, settings)?;
         if frame.data.size != size {
             return Err(mismatch("the frame's data window", frame.data.size, size));
         }

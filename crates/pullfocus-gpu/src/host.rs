@@ -1,5 +1,6 @@
 //! One call for programs without a device of their own: opens one, brings a scene there and back.
 
+use crate::bokeh;
 use crate::coc::{Meaning, Source, circle_of_confusion, count_blended_edges, decode_range, repair};
 use crate::context::{self, Context};
 use crate::diffusion::{self, Conductivity, How, Medium, Tuning};
@@ -318,6 +319,7 @@ impl Host {
         scene.check()?;
         cancel.check()?;
         let size = scene.frame.data.size;
+        bokeh::check(&self.context, size, settings)?;
         let mut report = Report::default();
         if size.area() == 0 {
             return Ok(report);
