@@ -127,7 +127,7 @@ impl Context {
     /// the CPU's `Renderer`, up to rounding.
     ///
     /// The first recording of new settings compiles pipelines, the first of a new size makes buffers; [`Context::prepare`]
-    /// does both ahead.
+    /// does both ahead. A `timer` begins anew with each recording.
     ///
     /// # Errors
     /// [`Error::SizeMismatch`], [`Error::NoCamera`], [`Error::Setting`]; [`Error::DeviceLimit`] and
@@ -141,8 +141,11 @@ impl Context {
         buffers: &mut Buffers,
         inputs: &Inputs<'_>,
         frame: &FrameSettings<'_>,
-        timer: Option<&mut Timer>,
+        mut timer: Option<&mut Timer>,
     ) -> Result<()> {
+        if let Some(timer) = &mut timer {
+            timer.reset();
+        }
         let FrameSettings { frame, camera, settings } = *frame;
         settings.check()?;
         spreading::check(settings)?;

@@ -8,6 +8,7 @@ use crate::host::Host;
 use crate::memory::Memory;
 use crate::planes::{Group, Storage};
 use crate::recorder::{Recorder, Sink};
+use crate::timer::Timer;
 use pullfocus_core::aperture::Mask;
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::response::Rational;
@@ -190,6 +191,30 @@ fn written(folder: &std::path::Path, prefix: &str) -> BTreeSet<String> {
         }
     }
     names
+}
+
+#[test]
+fn a_timer_begins_anew_with_each_recording() {
+    let required_features = wgpu::Features::TIMESTAMP_QUERY;
+    let (device, queue) =
+        wgpu::Device::noop(&wgpu::DeviceDescriptor { required_features, ..Default::default() });
+    let context = Context::new(&device, &queue);
+    let mut timer = Timer::new(&context).expect("a device with timestamps");
+    let size = Size::new(16, 8);
+    let mut buffers = Buffers::new(&context, size, Storage::Full).expect("buffers");
+    let color = view(&context, size, Format::Rgba16Float);
+    let depth = Depth { view: &view(&context, size, Format::R32Float), decoding: None };
+    let base = Picture { color: &color, alpha: false, depth };
+    let inputs = Inputs { base, foreground: None, output: &color };
+    let settings = Settings::preset(Preset::Preview);
+    let frame = FrameSettings { frame: Frame::full(size), camera: None, settings: &settings };
+    let mut pieces = Vec::new();
+    for _ in 0..3 {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        context.record(&mut encoder, &mut buffers, &inputs, &frame, Some(&mut timer)).expect("it records");
+        pieces.push(timer.pieces());
+    }
+    assert!(pieces[0] > 0 && pieces.iter().all(|&count| count == pieces[0]), "{pieces:?}");
 }
 
 #[test]

@@ -82,9 +82,6 @@ impl GpuBlur {
         };
         let device = self.context.device();
         let mut encoder = device.create_command_encoder(&Default::default());
-        if let Some(timer) = &mut self.timer {
-            timer.reset();
-        }
         self.context.record(&mut encoder, buffers, &inputs, &frame, self.timer.as_mut())?;
         let index = self.context.queue().submit([encoder.finish()]);
         let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: None };
