@@ -244,12 +244,29 @@ fn eight_bits_in_and_out() {
         let mut encoder = context.device().create_command_encoder(&Default::default());
         context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
         context.queue().submit([encoder.finish()]);
-        if format == Format::Rgba8Unorm {
-            let found: Vec<f32> = read(&context, &output, 4).iter().map(|&b| f32::from(b) / 255.0).collect();
+        let (found, most): (Vec<f32>, f32) = if format == Format::Rgba8Unorm {
+            let found = read(&context, &output, 4).iter().map(|&b| f32::from(b) / 255.0).collect();
             // Half a step of eight bits on the way in and on the way out.
-            assert!(largest_difference(&found, &expected) < 1.01 / 255.0);
-        }
+            (found, 1.01 / 255.0)
+        } else {
+            let bytes = read(&context, &output, 8);
+            let halves = bytes.chunks_exact(2).map(|b| half(u16::from_le_bytes([b[0], b[1]])));
+            // Half a step of eight bits on the way in, and of a half below 1 on the way out.
+            (halves.collect(), 0.505 / 255.0 + 1.0 / 4096.0)
+        };
+        assert!(largest_difference(&found, &expected) < most, "{format:?}");
     }
+}
+
+/// The number that sixteen bits are as a float.
+fn half(bits: u16) -> f32 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023) / 1024.0);
+    let size = match exponent {
+        0 => fraction * 2f32.powi(-14),
+        31 => f32::NAN,
+        _ => (1.0 + fraction) * 2f32.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
 }
 
 /// Draws a depth texture whose values are `at / z`.
