@@ -129,7 +129,11 @@ pub fn store(
                 view: texture,
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                // The triangle covers all pixels: a tiler need not bring what was there.
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
             })],
             timestamp_writes: stamps,
             ..Default::default()
