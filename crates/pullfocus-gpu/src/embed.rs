@@ -109,6 +109,9 @@ pub struct Inputs<'a> {
     /// Where the result goes: the first mip level of a texture of any colour format that can be rendered to, of the
     /// picture's size; written whole.
     pub output: &'a wgpu::TextureView,
+    /// The format of the view `output` where it is not its texture's own, which wgpu does not tell: of an sRGB view of a
+    /// swapchain's texture, say.
+    pub output_format: Option<wgpu::TextureFormat>,
 }
 
 /// One frame's settings.
@@ -180,6 +183,7 @@ impl Context {
             coc::check(&frame, camera, settings, &meaning(picture))?;
         }
         textures::check_color(inputs.output, wgpu::TextureUsages::RENDER_ATTACHMENT)?;
+        let output = (inputs.output, textures::format_of(inputs.output, inputs.output_format)?);
         if matches!(settings.diffusion.solver, Solver::Jacobi(JacobiStop::Tolerance(_))) {
             return Err(Error::Unsupported {
                 what: "Jacobi with a tolerance in an encoder of the caller's",
@@ -202,7 +206,7 @@ impl Context {
         pipeline::render(&mut work, &base, near, settings)?;
         recorder.give(found);
         recorder.stage("store");
-        textures::store(&mut recorder, size, &base.groups[0], inputs.base.alpha, inputs.output)?;
+        textures::store(&mut recorder, size, &base.groups[0], inputs.base.alpha, output)?;
         for (element, range) in [(base, range)].into_iter().chain(foreground) {
             recorder.give(element.groups.into_iter().map(|group| group.buffer).chain([element.coc, range]));
         }

@@ -93,6 +93,25 @@ pub fn check_color(texture: &wgpu::TextureView, usage: wgpu::TextureUsages) -> R
     check_picture(texture, usage)
 }
 
+/// The format of a view that is rendered into: `given`, or its texture's own. Refuses those that the texture has no views of.
+///
+/// # Errors
+/// [`Error::Unsupported`].
+pub fn format_of(
+    view: &wgpu::TextureView,
+    given: Option<wgpu::TextureFormat>,
+) -> Result<wgpu::TextureFormat> {
+    let own = view.texture().format();
+    let format = given.unwrap_or(own);
+    if format.remove_srgb_suffix() != own.remove_srgb_suffix() {
+        return Err(Error::Unsupported {
+            what: "an output format that its texture has no views of",
+            reason: "it must be the texture's own, or that with or without sRGB",
+        });
+    }
+    Ok(format)
+}
+
 /// Renders a group into the caller's texture: a pass of one triangle over `size` pixels.
 ///
 /// # Errors
@@ -102,9 +121,8 @@ pub fn store(
     size: Size,
     group: &Group,
     alpha: bool,
-    texture: &wgpu::TextureView,
+    (texture, format): (&wgpu::TextureView, wgpu::TextureFormat),
 ) -> Result<()> {
-    let format = texture.texture().format();
     let kernel = kernel(recorder.context, group, format);
     let params = StoreParams { width: size.width as u32, height: size.height as u32, alpha: alpha.into() };
     let offset = recorder.uniform(bytemuck::bytes_of(&params))?;

@@ -97,7 +97,7 @@ fn frames(context: &Context, size: Size, storage: Storage) {
             for depth in [&planar, &hardware] {
                 let depth = Depth { view: depth, decoding: Some(DepthDecoding::default()) };
                 let base = Picture { color: &color, alpha, depth };
-                let inputs = Inputs { base, foreground: Some(base), output: &color };
+                let inputs = Inputs { base, foreground: Some(base), output: &color, output_format: None };
                 let frame =
                     FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
                 context.prepare(&mut buffers, &inputs, &frame).expect("it records");
@@ -205,7 +205,7 @@ fn a_timer_begins_anew_with_each_recording() {
     let color = view(&context, size, Format::Rgba16Float);
     let depth = Depth { view: &view(&context, size, Format::R32Float), decoding: None };
     let base = Picture { color: &color, alpha: false, depth };
-    let inputs = Inputs { base, foreground: None, output: &color };
+    let inputs = Inputs { base, foreground: None, output: &color, output_format: None };
     let settings = Settings::preset(Preset::Preview);
     let frame = FrameSettings { frame: Frame::full(size), camera: None, settings: &settings };
     let mut pieces = Vec::new();

@@ -70,6 +70,7 @@ impl DepthOfField {
             // they hide is in the base, so that their soft edges show what is really there.
             foreground: foreground.then(|| picture(&targets.near, true)),
             output: &targets.output,
+            output_format: None,
         };
         let settings = &settings(look);
         let frame = FrameSettings { frame: Frame::full(self.buffers.size()), camera: Some(camera), settings };

@@ -21,6 +21,7 @@ pub fn tests() -> Vec<(&'static str, fn())> {
         ("later_frames_allocate_nothing", later_frames_allocate_nothing),
         ("frames_may_wait_for_one_submission", frames_may_wait_for_one_submission),
         ("half_storage_is_close", half_storage_is_close),
+        ("an_output_may_be_an_srgb_view", an_output_may_be_an_srgb_view),
         ("what_does_not_fit_is_refused", what_does_not_fit_is_refused),
         ("small_limits_are_errors_with_numbers", small_limits_are_errors_with_numbers),
         ("webgpus_default_limits_are_enough", webgpus_default_limits_are_enough),
@@ -172,7 +173,7 @@ impl Frame32 {
         output: &wgpu::Texture,
     ) -> pullfocus_core::Result<()> {
         let output = view(output);
-        let inputs = Inputs { base: self.picture(), foreground: None, output: &output };
+        let inputs = Inputs { base: self.picture(), foreground: None, output: &output, output_format: None };
         let frame = FrameSettings { frame: Frame::full(self.size), camera: Some(camera), settings };
         context.record(encoder, buffers, &inputs, &frame, None)
     }
@@ -237,8 +238,12 @@ fn eight_bits_in_and_out() {
         let output = texture(context.device(), size, format, Use::RENDER_ATTACHMENT | Use::COPY_SRC);
         let color = view(&filled(&context, size, Format::Rgba8Unorm, &bytes));
         let out = view(&output);
-        let inputs =
-            Inputs { base: Picture { color: &color, ..exact.picture() }, foreground: None, output: &out };
+        let inputs = Inputs {
+            base: Picture { color: &color, ..exact.picture() },
+            foreground: None,
+            output: &out,
+            output_format: None,
+        };
         let camera = camera(2.5);
         let frame = FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
         let mut encoder = context.device().create_command_encoder(&Default::default());
@@ -350,7 +355,7 @@ fn a_hardware_depth_buffer_is_depth() {
         let decoding = Some(DepthDecoding::hardware(0.0, f64::from(near)));
         let out = view(&textures.output);
         let base = Picture { depth: Depth { view: &hardware, decoding }, ..textures.picture() };
-        let inputs = Inputs { base, foreground: None, output: &out };
+        let inputs = Inputs { base, foreground: None, output: &out, output_format: None };
         let frame = FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
         let mut encoder = context.device().create_command_encoder(&Default::default());
         context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
@@ -400,7 +405,12 @@ fn layered_textures_give_what_planes_give(all: Vec<Settings>) {
     let mut buffers = Buffers::new(&context, size, Storage::Full).expect("buffers");
     for settings in all {
         let (camera, out) = (camera(3.0), view(&base.output));
-        let inputs = Inputs { base: base.picture(), foreground: Some(front.picture()), output: &out };
+        let inputs = Inputs {
+            base: base.picture(),
+            foreground: Some(front.picture()),
+            output: &out,
+            output_format: None,
+        };
         let frame = FrameSettings { frame: scene.frame, camera: Some(&camera), settings: &settings };
         let mut encoder = context.device().create_command_encoder(&Default::default());
         context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
@@ -418,7 +428,7 @@ fn later_frames_allocate_nothing() {
     let mut buffers = Buffers::new(&context, textures.size, Storage::Full).expect("buffers");
     for settings in every_layering() {
         let out = view(&textures.output);
-        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
+        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out, output_format: None };
         let camera_2 = camera(2.0);
         let frame =
             FrameSettings { frame: Frame::full(textures.size), camera: Some(&camera_2), settings: &settings };
@@ -450,7 +460,7 @@ fn frames_may_wait_for_one_submission() {
         let camera = camera(focuses[i]);
         // What is thrown away or refused in between takes nobody's place.
         let out = view(&textures.output);
-        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
+        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out, output_format: None };
         let full = Frame::full(textures.size);
         let frame = FrameSettings { frame: full, camera: Some(&camera), settings: &settings };
         context.prepare(&mut buffers, &inputs, &frame).expect("it prepares");
@@ -483,6 +493,41 @@ fn half_storage_is_close() {
     assert!(half.bytes() < full.bytes());
 }
 
+fn an_output_may_be_an_srgb_view() {
+    let size = Size::new(64, 40);
+    let context = context();
+    let exact = Frame32::new(&context, &scene(size));
+    let mut buffers = Buffers::new(&context, size, Storage::Full).expect("buffers");
+    let settings = Settings::preset(Preset::Preview);
+    let camera = camera(2.5);
+    let expected = exact.render(&context, &mut buffers, &camera, &settings);
+    let descriptor =
+        texture_of(&exact, Format::Rgba8Unorm, Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING | Use::COPY_SRC);
+    let srgb = Some(Format::Rgba8UnormSrgb);
+    let descriptor = wgpu::TextureDescriptor { view_formats: &[Format::Rgba8UnormSrgb], ..descriptor };
+    let output = context.device().create_texture(&descriptor);
+    let out = output.create_view(&wgpu::TextureViewDescriptor { format: srgb, ..Default::default() });
+    let inputs = Inputs { base: exact.picture(), foreground: None, output: &out, output_format: srgb };
+    let frame = FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
+    let mut encoder = context.device().create_command_encoder(&Default::default());
+    context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
+    context.queue().submit([encoder.finish()]);
+    let bytes = read(&context, &output, 4);
+    for (texel, expected) in bytes.chunks_exact(4).zip(expected.chunks_exact(4)) {
+        for (&byte, &expected) in texel[..3].iter().zip(expected) {
+            let linear = expected.clamp(0.0, 1.0);
+            let shown =
+                if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+            // Devices may round by somewhat more than half a step.
+            assert!((f32::from(byte) - 255.0 * shown).abs() < 0.75, "{byte}, {expected}");
+        }
+    }
+    let other = Inputs { output_format: Some(Format::Bgra8UnormSrgb), ..inputs };
+    let mut encoder = context.device().create_command_encoder(&Default::default());
+    let refused = context.record(&mut encoder, &mut buffers, &other, &frame, None);
+    assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?}");
+}
+
 fn what_does_not_fit_is_refused() {
     let context = context();
     let textures = Frame32::new(&context, &scene(Size::new(20, 10)));
@@ -502,15 +547,19 @@ fn what_does_not_fit_is_refused() {
 
     let whole_numbers = texture(context.device(), textures.size, Format::Rgba8Uint, Use::TEXTURE_BINDING);
     let (color, out) = (view(&whole_numbers), view(output));
-    let inputs =
-        Inputs { base: Picture { color: &color, ..textures.picture() }, foreground: None, output: &out };
+    let inputs = Inputs {
+        base: Picture { color: &color, ..textures.picture() },
+        foreground: None,
+        output: &out,
+        output_format: None,
+    };
     let camera = camera(2.0);
     let frame =
         FrameSettings { frame: Frame::full(textures.size), camera: Some(&camera), settings: &settings };
     let refused = context.record(&mut encoder, &mut buffers, &inputs, &frame, None);
     assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?}");
     let none = FrameSettings { camera: None, ..frame };
-    let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
+    let inputs = Inputs { base: textures.picture(), foreground: None, output: &out, output_format: None };
     let refused = context.record(&mut encoder, &mut buffers, &inputs, &none, None);
     assert_eq!(refused, Err(Error::NoCamera));
 

@@ -74,6 +74,7 @@ impl GpuBlur {
             base: base.picture(),
             foreground: near.as_ref().map(Resident::picture),
             output: &output.view,
+            output_format: None,
         };
         let frame = FrameSettings {
             frame: plate.scene.frame,
