@@ -3,8 +3,8 @@
 use crate::device::{choice, with_host};
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::{
-    Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Distance, Error, Frame, Layering, Lens, Plane, Preset,
-    Scene, Settings, Show, Size,
+    Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Distance, Error, Frame, Integrator, Layering, Lens,
+    Plane, Preset, Scene, Settings, Show, Size,
 };
 use pullfocus_gpu::{Buffers, Context, Depth, FrameSettings, Host, Inputs, Picture, Storage};
 use pullfocus_testkit::scenes;
@@ -21,6 +21,7 @@ pub fn tests() -> Vec<(&'static str, fn())> {
         ("later_frames_allocate_nothing", later_frames_allocate_nothing),
         ("frames_may_wait_for_one_submission", frames_may_wait_for_one_submission),
         ("half_storage_is_close", half_storage_is_close),
+        ("half_storage_has_bright_lights", half_storage_has_bright_lights),
         ("an_output_may_be_an_srgb_view", an_output_may_be_an_srgb_view),
         ("what_does_not_fit_is_refused", what_does_not_fit_is_refused),
         ("small_limits_are_errors_with_numbers", small_limits_are_errors_with_numbers),
@@ -491,6 +492,27 @@ fn half_storage_is_close() {
         assert!(difference > 0.0 && difference < 5e-2, "{settings:?}: {difference}");
     }
     assert!(half.bytes() < full.bytes());
+}
+
+/// The disc's fields are twice as large as what is blurred; halves end at 65504.
+fn half_storage_has_bright_lights() {
+    let size = Size::new(90, 60);
+    let lamp =
+        |x: usize, y: usize| if (20..70).contains(&x) && (10..50).contains(&y) { 60000.0 } else { 1.0 };
+    let scene = scenes::by_depth(vec![scenes::plane(size, lamp); 3], scenes::constant(size, 0.3));
+    let context = context();
+    let textures = Frame32::new(&context, &scene);
+    let mut full = Buffers::new(&context, size, Storage::Full).expect("buffers");
+    let mut half = Buffers::new(&context, size, Storage::Half).expect("buffers");
+    for solver in [Solver::Lu, Solver::CyclicReduction] {
+        let diffusion = Diffusion { integrator: Integrator::Disc, solver, ..Diffusion::default() };
+        let settings = Settings { diffusion, layering: Layering::Single, ..Settings::default() };
+        let a = textures.render(&context, &mut full, &camera(2.5), &settings);
+        let b = textures.render(&context, &mut half, &camera(2.5), &settings);
+        let difference = largest_difference(&a, &b);
+        // Some ten roundings by 5e-4.
+        assert!(difference > 0.0 && difference < 5e-3 * 60000.0, "{solver:?}: {difference}");
+    }
 }
 
 fn an_output_may_be_an_srgb_view() {
