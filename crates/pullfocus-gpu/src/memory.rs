@@ -183,8 +183,15 @@ impl Memory {
         }
     }
 
-    /// Forgets every buffer: they belonged to another size, or to a recording that failed half way. The device frees them
-    /// once its commands are done with them.
+    /// Takes every buffer back: those that a recording had which failed half way are nobody's any more.
+    pub fn give_all(&mut self) {
+        for (buffer, &born) in &self.born {
+            self.spare.entry(buffer.size()).or_default().insert(born, buffer.clone());
+        }
+        self.readable = None;
+    }
+
+    /// Forgets every buffer: they belonged to another size. The device frees them once its commands are done with them.
     pub fn clear(&mut self) {
         self.spare.clear();
         self.bind_groups.clear();

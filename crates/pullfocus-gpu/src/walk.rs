@@ -218,6 +218,30 @@ fn a_timer_begins_anew_with_each_recording() {
 }
 
 #[test]
+fn a_frame_that_fails_again_makes_no_new_buffers() {
+    let required_limits = wgpu::Limits { max_storage_buffer_binding_size: 40_000, ..wgpu::Limits::default() };
+    let (device, queue) =
+        wgpu::Device::noop(&wgpu::DeviceDescriptor { required_limits, ..Default::default() });
+    let context = Context::new(&device, &queue);
+    let size = Size::new(64, 48);
+    let mut buffers = Buffers::new(&context, size, Storage::Half).expect("a group fits");
+    let color = view(&context, size, Format::Rgba16Float);
+    let depth = Depth { view: &view(&context, size, Format::R32Float), decoding: None };
+    let base = Picture { color: &color, alpha: false, depth };
+    let inputs = Inputs { base, foreground: None, output: &color, output_format: None };
+    let settings = Settings { bokeh: Some(Bokeh::default()), ..Settings::default() };
+    let frame = FrameSettings { frame: Frame::full(size), camera: None, settings: &settings };
+    let mut counts = Vec::new();
+    for _ in 0..3 {
+        let refused = context.prepare(&mut buffers, &inputs, &frame);
+        // Highlights have 16 bytes a pixel, a group of halves 8.
+        assert!(matches!(refused, Err(Error::DeviceLimit { needed: 49_152, .. })), "{refused:?}");
+        counts.push((buffers.made(), buffers.bytes()));
+    }
+    assert!(counts[0].0 > 0 && counts.iter().all(|&count| count == counts[0]), "{counts:?}");
+}
+
+#[test]
 fn too_many_uniforms_are_an_error() {
     let (context, _) = empty();
     let mut memory = Memory::new(&context).expect("memory");
