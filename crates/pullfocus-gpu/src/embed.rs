@@ -34,6 +34,10 @@ impl Buffers {
 
     /// Buffers for pictures of `size`; most of them are made by the first recording.
     ///
+    /// That they are made does not say that a frame fits: highlights need one binding of 16 bytes for each pixel of whole tiles
+    /// of 16 x 16 (8.39 million pixels with WebGPU's default of 128 MiB), the aperture of some 10.7 bytes (12.6 million). Whether a
+    /// frame fits is what [`Context::prepare`] returns.
+    ///
     /// # Errors
     /// [`Error::OutOfMemory`]; [`Error::DeviceLimit`] where a group of four planes is more than one binding may hold, and for a
     /// device that cannot blur at all ([`Context::is_usable`]).
