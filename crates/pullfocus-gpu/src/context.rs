@@ -77,11 +77,33 @@ pub struct Kernel {
 
 static NEXT_KERNEL: AtomicU64 = AtomicU64::new(0);
 
+/// What a device must allow: WebGPU's defaults, or less.
+const LEAST: [(&str, u32, fn(&wgpu::Limits) -> u32); 5] = [
+    ("storage buffers in one stage", 8, |limits| limits.max_storage_buffers_per_shader_stage),
+    ("invocations in one workgroup", 256, |limits| limits.max_compute_invocations_per_workgroup),
+    ("invocations along x in one workgroup", 256, |limits| limits.max_compute_workgroup_size_x),
+    ("invocations along y in one workgroup", 16, |limits| limits.max_compute_workgroup_size_y),
+    ("bytes of memory in one workgroup", 16 << 10, |limits| limits.max_compute_workgroup_storage_size),
+];
+
+/// The first of what a device must allow and does not: what, how much is needed, how much is allowed.
+pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<(&'static str, u32, u32)> {
+    let all = LEAST.iter().map(|&(what, needed, of)| (what, needed, of(limits)));
+    all.into_iter().find(|&(_, needed, allowed)| allowed < needed)
+}
+
 impl Context {
+    /// Whether a device with these limits has what the blur needs, which WebGPU's defaults do. [`Context::check_limits`] says
+    /// what is missing.
+    pub fn is_usable(limits: &wgpu::Limits) -> bool {
+        lacking(limits).is_none()
+    }
+
     /// Takes the caller's device and queue.
     ///
     /// The device must allow compute shaders with 8 storage buffers; workgroups of 256 invocations and 16 KiB
-    /// (WebGPU's defaults) are enough for lines of 8192 pixels, larger ones are used where there are. Large pictures need
+    /// (WebGPU's defaults) are enough for lines of 8192 pixels, larger ones are used where there are. With less
+    /// ([`Context::is_usable`]) there are no [`crate::Buffers`]. Large pictures need
     /// large bindings: request the adapter's `max_storage_buffer_binding_size` and `max_buffer_size`.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         // A processor has no registers to win by it, and compiles for long.
@@ -124,6 +146,21 @@ impl Context {
     /// The device's limits.
     pub fn limits(&self) -> &wgpu::Limits {
         &self.inner.limits
+    }
+
+    /// Refuses a device that does not have what the blur needs.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLimit`] with the first limit that is too small.
+    pub fn check_limits(&self) -> Result<()> {
+        let Some((what, needed, allowed)) = lacking(self.limits()) else { return Ok(()) };
+        Err(Error::DeviceLimit {
+            device: self.name().to_owned(),
+            what,
+            needed: needed.into(),
+            allowed: allowed.into(),
+            instead: "request a device with WebGPU's default limits, or render on the processor",
+        })
     }
 
     /// What an engine calls, with the reason, from its own device-lost callback: every later recording is then

@@ -1,5 +1,6 @@
 //! A pass to embed: the caller's textures in, the caller's texture out, recorded into the caller's encoder.
 
+use crate::bokeh;
 use crate::coc::{self, Circles, Meaning, Place, Source};
 use crate::context::Context;
 use crate::diffusion::Tuning;
@@ -34,8 +35,13 @@ impl Buffers {
 
     /// Buffers for pictures of `size`; most of them are made by the first recording.
     ///
+    /// That they are made does not say that a frame fits: highlights need one binding of 16 bytes for each pixel of whole tiles
+    /// of 16 x 16 (8.39 million pixels with WebGPU's default of 128 MiB), the aperture of some 10.7 bytes (12.6 million). Whether a
+    /// frame fits is what [`Context::prepare`] returns.
+    ///
     /// # Errors
-    /// [`Error::OutOfMemory`]; [`Error::DeviceLimit`] where a group of four planes is more than one binding may hold.
+    /// [`Error::OutOfMemory`]; [`Error::DeviceLimit`] where a group of four planes is more than one binding may hold, and for a
+    /// device that cannot blur at all ([`Context::is_usable`]).
     pub fn new(context: &Context, size: Size, storage: Storage) -> Result<Self> {
         let memory = Memory::new(context)?;
         memory::check_binding(context, size.area() as u64 * Group::pixel_bytes(4, storage))?;
@@ -108,6 +114,9 @@ pub struct Inputs<'a> {
     /// Where the result goes: the first mip level of a texture of any colour format that can be rendered to, of the
     /// picture's size; written whole.
     pub output: &'a wgpu::TextureView,
+    /// The format of the view `output` where it is not its texture's own, which wgpu does not tell: of an sRGB view of a
+    /// swapchain's texture, say.
+    pub output_format: Option<wgpu::TextureFormat>,
 }
 
 /// One frame's settings.
@@ -126,24 +135,30 @@ impl Context {
     /// the CPU's `Renderer`, up to rounding.
     ///
     /// The first recording of new settings compiles pipelines, the first of a new size makes buffers; [`Context::prepare`]
-    /// does both ahead.
+    /// does both ahead. A `timer` begins anew with each recording.
     ///
     /// # Errors
     /// [`Error::SizeMismatch`], [`Error::NoCamera`], [`Error::Setting`]; [`Error::DeviceLimit`] and
     /// [`Error::OutOfMemory`] with numbers; [`Error::DeviceLost`] once the device is known to be lost;
-    /// [`Error::Unsupported`] for formats of whole numbers and for Jacobi with a tolerance.
+    /// [`Error::Unsupported`] for textures that cannot be bound (formats of whole numbers, several samples, not two dimensions, a
+    /// usage that is missing) and for Jacobi with a tolerance. What is wrong with `inputs` and `frame` is refused before
+    /// anything is recorded.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         buffers: &mut Buffers,
         inputs: &Inputs<'_>,
         frame: &FrameSettings<'_>,
-        timer: Option<&mut Timer>,
+        mut timer: Option<&mut Timer>,
     ) -> Result<()> {
+        if let Some(timer) = &mut timer {
+            timer.reset();
+        }
         let FrameSettings { frame, camera, settings } = *frame;
         settings.check()?;
         spreading::check(settings)?;
         let size = buffers.size;
+        bokeh::check(self, size, settings)?;
         if frame.data.size != size {
             return Err(mismatch("the frame's data window", frame.data.size, size));
         }
@@ -165,13 +180,15 @@ impl Context {
         if size.area() == 0 {
             return Ok(());
         }
-        // All that can be refused is refused before anything is recorded.
+        // All that is wrong with what was given is refused before anything is recorded; that the device is too small may
+        // come out on the way.
         for picture in std::iter::once(&inputs.base).chain(&inputs.foreground) {
             textures::check_color(picture.color, wgpu::TextureUsages::TEXTURE_BINDING)?;
             source(picture.depth.view)?;
             coc::curve(&frame, camera, settings, &meaning(picture))?;
         }
         textures::check_color(inputs.output, wgpu::TextureUsages::RENDER_ATTACHMENT)?;
+        let output = (inputs.output, textures::format_of(inputs.output, inputs.output_format)?);
         if matches!(settings.diffusion.solver, Solver::Jacobi(JacobiStop::Tolerance(_))) {
             return Err(Error::Unsupported {
                 what: "Jacobi with a tolerance in an encoder of the caller's",
@@ -197,7 +214,7 @@ impl Context {
         pipeline::render(&mut work, &base.element, over.as_ref(), settings)?;
         recorder.give(found);
         recorder.stage("store");
-        textures::store(&mut recorder, size, &base.element.groups[0], inputs.base.alpha, inputs.output)?;
+        textures::store(&mut recorder, size, &base.element.groups[0], inputs.base.alpha, output)?;
         for Loaded { element, range, lens, .. } in [base].into_iter().chain(foreground) {
             let groups = element.groups.into_iter().map(|group| group.buffer);
             recorder.give(groups.chain([element.coc, range]).chain(lens));
@@ -235,6 +252,7 @@ fn meaning(picture: &Picture<'_>) -> Meaning {
 
 /// How a depth texture is read.
 fn source(view: &wgpu::TextureView) -> Result<Source<'_>> {
+    textures::check_picture(view, wgpu::TextureUsages::TEXTURE_BINDING)?;
     let format = view.texture().format();
     if format.has_depth_aspect() {
         Ok(Source::DepthTexture(view))

@@ -1,7 +1,8 @@
 //! One call for programs without a device of their own: opens one, brings a scene there and back.
 
+use crate::bokeh;
 use crate::coc::{Circles, Meaning, Place, Source, circles, count_blended_edges, decode_range, repair};
-use crate::context::Context;
+use crate::context::{self, Context};
 use crate::diffusion::{self, Conductivity, How, Medium, Tuning};
 use crate::memory::Memory;
 use crate::pipeline::{self, Element, Near, layout};
@@ -82,7 +83,13 @@ impl AdapterInfo {
     }
 
     fn new(info: wgpu::AdapterInfo, limits: &wgpu::Limits, computes: bool) -> Self {
-        let computes = computes && limits.max_storage_buffers_per_shader_stage >= LEAST_BUFFERS;
+        let unusable = match context::lacking(limits) {
+            _ if !computes => Some("it has no compute shaders".to_owned()),
+            Some((what, needed, allowed)) => {
+                Some(format!("it allows {allowed} {what}, and {needed} are needed"))
+            }
+            None => None,
+        };
         Self {
             name: info.name,
             kind: match info.device_type {
@@ -95,8 +102,7 @@ impl AdapterInfo {
             backend: format!("{:?}", info.backend),
             driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
             largest_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-            unusable: (!computes)
-                .then(|| format!("it has no compute shaders with {LEAST_BUFFERS} storage buffers")),
+            unusable,
         }
     }
 
@@ -112,9 +118,6 @@ impl AdapterInfo {
         kind + if self.unusable.is_some() { 10 } else { 0 }
     }
 }
-
-/// The most storage buffers that a kernel binds.
-const LEAST_BUFFERS: u32 = 8;
 
 fn enumerate() -> Vec<(AdapterInfo, wgpu::Adapter)> {
     let adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::PRIMARY));
@@ -198,7 +201,7 @@ impl Host {
     /// A host on a device that is there already.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`].
+    /// [`Error::DeviceLimit`] for a device that cannot blur at all ([`Context::is_usable`]); [`Error::OutOfMemory`].
     pub fn with_context(context: Context) -> Result<Self> {
         let memory = Memory::new(&context)?;
         let timer = Timer::new(&context);
@@ -317,6 +320,7 @@ impl Host {
         scene.check()?;
         cancel.check()?;
         let size = scene.frame.data.size;
+        bokeh::check(&self.context, size, settings)?;
         let mut report = Report::default();
         if size.area() == 0 {
             return Ok(report);

@@ -22,7 +22,7 @@
 //! // A reversed-Z buffer with an infinite far plane, and the near plane at 0.1 m.
 //! let depth = Depth { view: &depth, decoding: Some(DepthDecoding::hardware(0.0, 0.1)) };
 //! let base = Picture { color: &color, alpha: false, depth };
-//! let inputs = Inputs { base, foreground: None, output: &output };
+//! let inputs = Inputs { base, foreground: None, output: &output, output_format: None };
 //! let settings = Settings::preset(Preset::Preview);
 //!
 //! // Each frame; the focus may be another one every time.
@@ -38,6 +38,8 @@
 //!
 //! `docs/methods/gpu.md` in the project has the memory, the passes and what they cost.
 
+#[cfg(test)]
+mod barriers;
 mod bokeh;
 mod coc;
 mod context;

@@ -181,8 +181,12 @@ impl Host {
         let near = scene.foreground.as_ref().map(|near| Textures::new(self, near, storage)).transpose()?;
         let output = texture(self, size, color_format(storage), wgpu::TextureUsages::RENDER_ATTACHMENT);
         let view = output.create_view(&Default::default());
-        let inputs =
-            Inputs { base: base.picture(), foreground: near.as_ref().map(Textures::picture), output: &view };
+        let inputs = Inputs {
+            base: base.picture(),
+            foreground: near.as_ref().map(Textures::picture),
+            output: &view,
+            output_format: None,
+        };
         let frame = FrameSettings { frame: scene.frame, camera, settings };
         let context = self.context().clone();
         let mut buffers = Buffers::new(&context, size, storage)?;

@@ -52,8 +52,9 @@ struct Bound {
 
 impl Memory {
     /// # Errors
-    /// [`Error::OutOfMemory`].
+    /// [`Error::DeviceLimit`] for a device that cannot blur at all; [`Error::OutOfMemory`].
     pub fn new(context: &Context) -> Result<Self> {
+        context.check_limits()?;
         use wgpu::BufferUsages as Use;
         let size = Size::new(1, 1);
         let small = |bytes, usage| create(context, "working memory of a GPU", size, bytes, usage);
@@ -129,12 +130,32 @@ impl Memory {
         }
         check_binding(context, bytes)?;
         use wgpu::BufferUsages as Use;
-        let buffer =
-            create(context, "a picture's planes", size, bytes, Use::STORAGE | Use::COPY_DST | Use::COPY_SRC)?;
+        let usage = Use::STORAGE | Use::COPY_DST | Use::COPY_SRC;
+        let buffer = self.make(|drops| {
+            if drops {
+                // What is not in use any more is freed now.
+                let _ = context.device().poll(wgpu::PollType::Poll);
+            }
+            create(context, "a picture's planes", size, bytes, usage)
+        })?;
         self.bytes += bytes;
         self.born.insert(buffer.clone(), self.made);
         self.made += 1;
         Ok(buffer)
+    }
+
+    /// What `create` makes; where the device is full, idle buffers are dropped and it is asked once more, with `true`.
+    fn make<T>(&mut self, create: impl Fn(bool) -> Result<T>) -> Result<T> {
+        match create(false) {
+            Err(Error::OutOfMemory { .. }) if !self.spare.is_empty() => {}
+            result => return result,
+        }
+        self.bind_groups.clear();
+        for buffer in std::mem::take(&mut self.spare).into_values().flat_map(BTreeMap::into_values) {
+            self.bytes -= buffer.size();
+            self.born.remove(&buffer);
+        }
+        create(true)
     }
 
     /// A buffer that holds `bytes`, instead of another of its kind: what is recorded already keeps that one, and what is not
@@ -162,8 +183,15 @@ impl Memory {
         }
     }
 
-    /// Forgets every buffer: they belonged to another size, or to a recording that failed half way. The device frees them
-    /// once its commands are done with them.
+    /// Takes every buffer back: those that a recording had which failed half way are nobody's any more.
+    pub fn give_all(&mut self) {
+        for (buffer, &born) in &self.born {
+            self.spare.entry(buffer.size()).or_default().insert(born, buffer.clone());
+        }
+        self.readable = None;
+    }
+
+    /// Forgets every buffer: they belonged to another size. The device frees them once its commands are done with them.
     pub fn clear(&mut self) {
         self.spare.clear();
         self.bind_groups.clear();
@@ -269,5 +297,64 @@ pub fn create(
     match (memory, invalid) {
         (None, None) => Ok(buffer),
         _ => Err(Error::OutOfMemory { what, size, bytes }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// A device that does nothing, with other limits than WebGPU's.
+    fn empty(change: impl FnOnce(&mut wgpu::Limits)) -> Context {
+        let mut required_limits = wgpu::Limits::default();
+        change(&mut required_limits);
+        let descriptor = wgpu::DeviceDescriptor { required_limits, ..Default::default() };
+        let (device, queue) = wgpu::Device::noop(&descriptor);
+        Context::new(&device, &queue)
+    }
+
+    #[test]
+    fn a_device_with_too_small_limits_is_refused() {
+        assert!(Memory::new(&empty(|_| {})).is_ok());
+        let refused = |change: fn(&mut wgpu::Limits)| {
+            let context = empty(change);
+            assert!(!Context::is_usable(context.limits()));
+            match Memory::new(&context) {
+                Err(Error::DeviceLimit { needed, allowed, .. }) => (needed, allowed),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(refused(|limits| limits.max_storage_buffers_per_shader_stage = 7), (8, 7));
+        assert_eq!(refused(|limits| limits.max_compute_invocations_per_workgroup = 128), (256, 128));
+        assert_eq!(refused(|limits| limits.max_compute_workgroup_storage_size = 8192), (16384, 8192));
+    }
+
+    #[test]
+    fn idle_buffers_make_room_on_a_full_device() {
+        let context = empty(|_| {});
+        let mut memory = Memory::new(&context).expect("memory");
+        let before = memory.bytes();
+        let size = Size::new(8, 8);
+        let idle = memory.take(&context, size, 4096).expect("a buffer");
+        let used = memory.take(&context, size, 1024).expect("a buffer");
+        memory.give([idle]);
+        assert_eq!(memory.bytes(), before + 5120);
+
+        let full = || Error::OutOfMemory { what: "a plane", size, bytes: 1 };
+        let asked = Cell::new(0);
+        let create = |drops: bool| {
+            asked.set(asked.get() + 1);
+            if drops { Ok(()) } else { Err(full()) }
+        };
+        assert_eq!(memory.make(create), Ok(()));
+        assert_eq!((asked.get(), memory.bytes()), (2, before + 1024));
+        // Nothing is idle any more: it is not asked twice.
+        assert_eq!(memory.make(create), Err(full()));
+        assert_eq!((asked.get(), memory.bytes()), (3, before + 1024));
+        memory.give([used]);
+        assert_eq!(memory.make(|_| Err::<(), _>(Error::NoCamera)), Err(Error::NoCamera));
+        assert_eq!(memory.make(|_| Err::<(), _>(full())), Err(full()));
+        assert_eq!(memory.bytes(), before);
     }
 }

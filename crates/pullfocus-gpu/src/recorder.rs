@@ -38,12 +38,12 @@ pub struct Recorder<'a> {
 
 impl Drop for Recorder<'_> {
     /// A recording that ends early: a caller may submit its encoder all the same, so its uniforms must be there; its
-    /// buffers are nobody's any more.
+    /// buffers are for the next one, which the device comes to later.
     fn drop(&mut self) {
         self.pass = None;
         self.write_uniforms();
         if !self.finished {
-            self.memory.clear();
+            self.memory.give_all();
         }
     }
 }

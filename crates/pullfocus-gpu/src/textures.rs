@@ -52,6 +52,33 @@ pub fn reads_as_floats(format: wgpu::TextureFormat) -> bool {
         && matches!(format.sample_type(None, None), Some(wgpu::TextureSampleType::Float { .. }))
 }
 
+/// Refuses textures that cannot be bound as a picture.
+///
+/// # Errors
+/// [`Error::Unsupported`].
+pub fn check_picture(view: &wgpu::TextureView, usage: wgpu::TextureUsages) -> Result<()> {
+    let texture = view.texture();
+    if texture.dimension() != wgpu::TextureDimension::D2 {
+        return Err(Error::Unsupported {
+            what: "a texture of one or three dimensions",
+            reason: "pictures have width and height; give a view of a two-dimensional texture",
+        });
+    }
+    if texture.sample_count() != 1 {
+        return Err(Error::Unsupported {
+            what: "a texture with several samples for each pixel",
+            reason: "one value for each pixel is read and written; resolve it first",
+        });
+    }
+    if !texture.usage().contains(usage) {
+        return Err(Error::Unsupported {
+            what: "a texture without the usage that is needed",
+            reason: "inputs need TEXTURE_BINDING, the output RENDER_ATTACHMENT",
+        });
+    }
+    Ok(())
+}
+
 /// Refuses textures of whole numbers, and such as may not be used so.
 ///
 /// # Errors
@@ -63,13 +90,26 @@ pub fn check_color(texture: &wgpu::TextureView, usage: wgpu::TextureUsages) -> R
             reason: "it must be read as numbers between 0 and 1 or as floating point",
         });
     }
-    if !texture.texture().usage().contains(usage) {
+    check_picture(texture, usage)
+}
+
+/// The format of a view that is rendered into: `given`, or its texture's own. Refuses those that the texture has no views of.
+///
+/// # Errors
+/// [`Error::Unsupported`].
+pub fn format_of(
+    view: &wgpu::TextureView,
+    given: Option<wgpu::TextureFormat>,
+) -> Result<wgpu::TextureFormat> {
+    let own = view.texture().format();
+    let format = given.unwrap_or(own);
+    if format.remove_srgb_suffix() != own.remove_srgb_suffix() {
         return Err(Error::Unsupported {
-            what: "a colour texture without the usage that is needed",
-            reason: "inputs need TEXTURE_BINDING, the output RENDER_ATTACHMENT",
+            what: "an output format that its texture has no views of",
+            reason: "it must be the texture's own, or that with or without sRGB",
         });
     }
-    Ok(())
+    Ok(format)
 }
 
 /// Renders a group into the caller's texture: a pass of one triangle over `size` pixels.
@@ -81,9 +121,8 @@ pub fn store(
     size: Size,
     group: &Group,
     alpha: bool,
-    texture: &wgpu::TextureView,
+    (texture, format): (&wgpu::TextureView, wgpu::TextureFormat),
 ) -> Result<()> {
-    let format = texture.texture().format();
     let kernel = kernel(recorder.context, group, format);
     let params = StoreParams { width: size.width as u32, height: size.height as u32, alpha: alpha.into() };
     let offset = recorder.uniform(bytemuck::bytes_of(&params))?;
@@ -108,7 +147,11 @@ pub fn store(
                 view: texture,
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                // The triangle covers all pixels: a tiler need not bring what was there.
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
             })],
             timestamp_writes: stamps,
             ..Default::default()

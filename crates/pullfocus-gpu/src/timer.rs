@@ -64,10 +64,16 @@ impl Timer {
         })
     }
 
-    /// Begins a recording anew.
+    /// Begins anew; [`Context::record`] does so itself.
     pub fn reset(&mut self) {
         self.pieces.clear();
         self.overflowed = false;
+    }
+
+    /// How many pieces of work were timed so far.
+    #[cfg(test)]
+    pub(crate) fn pieces(&self) -> usize {
+        self.pieces.len()
     }
 
     pub(crate) fn stage(&mut self, name: &'static str) {

@@ -8,6 +8,7 @@ use crate::host::Host;
 use crate::memory::Memory;
 use crate::planes::{Group, Storage};
 use crate::recorder::{Recorder, Sink};
+use crate::timer::Timer;
 use pullfocus_core::aperture::Mask;
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::response::Rational;
@@ -96,7 +97,7 @@ fn frames(context: &Context, size: Size, storage: Storage) {
             for depth in [&planar, &hardware] {
                 let depth = Depth { view: depth, decoding: Some(DepthDecoding::default()) };
                 let base = Picture { color: &color, alpha, depth };
-                let inputs = Inputs { base, foreground: Some(base), output: &color };
+                let inputs = Inputs { base, foreground: Some(base), output: &color, output_format: None };
                 let frame =
                     FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
                 context.prepare(&mut buffers, &inputs, &frame).expect("it records");
@@ -172,6 +173,9 @@ fn every_shader_is_valid_and_lies_in_memory_as_the_program_says() {
         context.specs().iter().flat_map(|spec| &spec.parts).map(|part| part.name.to_owned()).collect();
     let written = written(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shaders"), "");
     assert_eq!(used, written, "every file is a part of a shader");
+    for spec in context.specs() {
+        assert_eq!(crate::barriers::check(&spec.source()), Ok(()), "{}", spec.label());
+    }
 }
 
 /// Names of all shader files.
@@ -187,6 +191,54 @@ fn written(folder: &std::path::Path, prefix: &str) -> BTreeSet<String> {
         }
     }
     names
+}
+
+#[test]
+fn a_timer_begins_anew_with_each_recording() {
+    let required_features = wgpu::Features::TIMESTAMP_QUERY;
+    let (device, queue) =
+        wgpu::Device::noop(&wgpu::DeviceDescriptor { required_features, ..Default::default() });
+    let context = Context::new(&device, &queue);
+    let mut timer = Timer::new(&context).expect("a device with timestamps");
+    let size = Size::new(16, 8);
+    let mut buffers = Buffers::new(&context, size, Storage::Full).expect("buffers");
+    let color = view(&context, size, Format::Rgba16Float);
+    let depth = Depth { view: &view(&context, size, Format::R32Float), decoding: None };
+    let base = Picture { color: &color, alpha: false, depth };
+    let inputs = Inputs { base, foreground: None, output: &color, output_format: None };
+    let settings = Settings::preset(Preset::Preview);
+    let frame = FrameSettings { frame: Frame::full(size), camera: None, settings: &settings };
+    let mut pieces = Vec::new();
+    for _ in 0..3 {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        context.record(&mut encoder, &mut buffers, &inputs, &frame, Some(&mut timer)).expect("it records");
+        pieces.push(timer.pieces());
+    }
+    assert!(pieces[0] > 0 && pieces.iter().all(|&count| count == pieces[0]), "{pieces:?}");
+}
+
+#[test]
+fn a_frame_that_fails_again_makes_no_new_buffers() {
+    let required_limits = wgpu::Limits { max_storage_buffer_binding_size: 40_000, ..wgpu::Limits::default() };
+    let (device, queue) =
+        wgpu::Device::noop(&wgpu::DeviceDescriptor { required_limits, ..Default::default() });
+    let context = Context::new(&device, &queue);
+    let size = Size::new(64, 48);
+    let mut buffers = Buffers::new(&context, size, Storage::Half).expect("a group fits");
+    let color = view(&context, size, Format::Rgba16Float);
+    let depth = Depth { view: &view(&context, size, Format::R32Float), decoding: None };
+    let base = Picture { color: &color, alpha: false, depth };
+    let inputs = Inputs { base, foreground: None, output: &color, output_format: None };
+    let settings = Settings { bokeh: Some(Bokeh::default()), ..Settings::default() };
+    let frame = FrameSettings { frame: Frame::full(size), camera: None, settings: &settings };
+    let mut counts = Vec::new();
+    for _ in 0..3 {
+        let refused = context.prepare(&mut buffers, &inputs, &frame);
+        // Highlights have 16 bytes a pixel, a group of halves 8.
+        assert!(matches!(refused, Err(Error::DeviceLimit { needed: 49_152, .. })), "{refused:?}");
+        counts.push((buffers.made(), buffers.bytes()));
+    }
+    assert!(counts[0].0 > 0 && counts.iter().all(|&count| count == counts[0]), "{counts:?}");
 }
 
 #[test]

@@ -32,7 +32,8 @@ impl DepthOfField {
     /// Once, on the engine's own device; buffers are for one size. Halves are enough for colour, and half the traffic.
     ///
     /// # Errors
-    /// A picture that is too large for one of the device's bindings, which the message says with numbers.
+    /// A picture whose colours are too large for one of the device's bindings, which the message says with numbers. A look may need
+    /// more: whether it fits is what [`Context::prepare`] returns.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> Result<Self> {
         let context = Context::new(device, queue);
         // With this, recording on a device that was lost is an error rather than silence.
@@ -55,7 +56,7 @@ impl DepthOfField {
     /// [`Context::prepare`] while a level loads to have that over.
     ///
     /// # Errors
-    /// A lost device.
+    /// A lost device; a picture that is too large for the look.
     pub fn record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -70,6 +71,7 @@ impl DepthOfField {
             // they hide is in the base, so that their soft edges show what is really there.
             foreground: foreground.then(|| picture(&targets.near, true)),
             output: &targets.output,
+            output_format: None,
         };
         let settings = &settings(look);
         let frame = FrameSettings { frame: Frame::full(self.buffers.size()), camera: Some(camera), settings };

@@ -41,8 +41,9 @@ pub struct Live {
 }
 
 impl Live {
-    /// The shipped scene, which `scene/make.py` makes, for pictures of `size`. One binding holds four planes of a picture: a device with
-    /// WebGPU's default limits, 128 MiB, ends at 16 million pixels; the adapter's own may be more.
+    /// The shipped scene, which `scene/make.py` makes, for pictures of `size`. One binding holds the highlights of
+    /// a picture, 16 bytes a pixel: a device with WebGPU's default limits, 128 MiB, ends at 8.3 million pixels (without highlights, by the
+    /// aperture, at 12.6 million); the adapter's own may be more. A frame of a larger picture is an error with both numbers.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> Result<Self> {
         let scene = scene::Scene::from_glb(include_bytes!("../scene/chess.glb"))?;
         let buffer = |contents: &[u8], usage| {

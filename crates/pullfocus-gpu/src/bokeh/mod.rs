@@ -12,6 +12,7 @@ mod sprites;
 
 pub use shape::{Shape, ShapeOf};
 
+use crate::context::Context;
 use crate::layers::cover_part;
 use crate::planes::Group;
 use crate::recorder::Recorder;
@@ -21,10 +22,12 @@ use pullfocus_core::bokeh::Field;
 use pullfocus_core::layers::general::LEADING;
 use pullfocus_core::psf::MOST_DIAMETER;
 use pullfocus_core::split::unit;
-use pullfocus_core::{Aperture, Bokeh, Frame, Result, Settings, Size};
+use pullfocus_core::{Aperture, Bokeh, Error, Frame, Result, Settings, Size};
 
 /// Pixels along a tile's side.
 const SIDE: usize = 16;
+/// Places of pixels have 16 bits across and 16 down.
+const LONGEST_SIDE: usize = 1 << 16;
 /// Bytes of a highlight.
 const LIGHT_BYTES: u64 = 16;
 /// Numbers that f32 and shaders can reckon with.
@@ -141,6 +144,24 @@ pub struct Lights {
     shares: Vec<wgpu::Buffer>,
     /// What nearer layers leave of each light.
     clear: Option<wgpu::Buffer>,
+}
+
+/// Refuses pictures whose highlights would have no place: it is kept as two halves of a word (`find.wgsl`).
+///
+/// # Errors
+/// [`Error::DeviceLimit`].
+pub fn check(context: &Context, size: Size, settings: &Settings) -> Result<()> {
+    let side = size.width.max(size.height);
+    if settings.bokeh.is_none() || side <= LONGEST_SIDE {
+        return Ok(());
+    }
+    Err(Error::DeviceLimit {
+        device: context.name().to_owned(),
+        what: "pixels along a side of a picture with highlights",
+        needed: side as u64,
+        allowed: LONGEST_SIDE as u64,
+        instead: "render without highlights or on the processor",
+    })
 }
 
 /// How many tiles cover a picture.
@@ -384,6 +405,24 @@ impl Look {
 mod tests {
     use super::*;
     use pullfocus_core::bokeh::{LEAST_CLEAR, NODES};
+
+    #[test]
+    fn highlights_whose_places_do_not_fit_are_refused() {
+        let (device, queue) = wgpu::Device::noop(&wgpu::DeviceDescriptor::default());
+        let context = Context::new(&device, &queue);
+        let lit = Settings { bokeh: Some(Bokeh::default()), ..Settings::default() };
+        let refused = |size, settings: &Settings| check(&context, size, settings).err();
+        assert_eq!(refused(Size::new(65536, 1), &lit), None);
+        assert_eq!(refused(Size::new(1, 65536), &lit), None);
+        for size in [Size::new(65537, 1), Size::new(1, 65537)] {
+            let error = refused(size, &lit);
+            assert!(
+                matches!(error, Some(Error::DeviceLimit { needed: 65537, allowed: 65536, .. })),
+                "{error:?}"
+            );
+            assert_eq!(refused(size, &Settings::default()), None);
+        }
+    }
 
     #[test]
     fn the_shaders_numbers_are_cores() {

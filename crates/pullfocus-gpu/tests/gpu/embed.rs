@@ -3,8 +3,8 @@
 use crate::device::{choice, with_host};
 use pullfocus_core::diffusion::{JacobiStop, Solver};
 use pullfocus_core::{
-    Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Distance, Error, Frame, Layering, Lens, Plane, Preset,
-    Scene, Settings, Show, Size,
+    Bokeh, Camera, Cancel, DepthDecoding, Diffusion, Distance, Error, Frame, Integrator, Layering, Lens,
+    Plane, Preset, Scene, Settings, Show, Size,
 };
 use pullfocus_gpu::{Buffers, Context, Depth, FrameSettings, Host, Inputs, Picture, Storage};
 use pullfocus_testkit::scenes;
@@ -21,6 +21,8 @@ pub fn tests() -> Vec<(&'static str, fn())> {
         ("later_frames_allocate_nothing", later_frames_allocate_nothing),
         ("frames_may_wait_for_one_submission", frames_may_wait_for_one_submission),
         ("half_storage_is_close", half_storage_is_close),
+        ("half_storage_has_bright_lights", half_storage_has_bright_lights),
+        ("an_output_may_be_an_srgb_view", an_output_may_be_an_srgb_view),
         ("what_does_not_fit_is_refused", what_does_not_fit_is_refused),
         ("small_limits_are_errors_with_numbers", small_limits_are_errors_with_numbers),
         ("webgpus_default_limits_are_enough", webgpus_default_limits_are_enough),
@@ -172,7 +174,7 @@ impl Frame32 {
         output: &wgpu::Texture,
     ) -> pullfocus_core::Result<()> {
         let output = view(output);
-        let inputs = Inputs { base: self.picture(), foreground: None, output: &output };
+        let inputs = Inputs { base: self.picture(), foreground: None, output: &output, output_format: None };
         let frame = FrameSettings { frame: Frame::full(self.size), camera: Some(camera), settings };
         context.record(encoder, buffers, &inputs, &frame, None)
     }
@@ -237,19 +239,40 @@ fn eight_bits_in_and_out() {
         let output = texture(context.device(), size, format, Use::RENDER_ATTACHMENT | Use::COPY_SRC);
         let color = view(&filled(&context, size, Format::Rgba8Unorm, &bytes));
         let out = view(&output);
-        let inputs =
-            Inputs { base: Picture { color: &color, ..exact.picture() }, foreground: None, output: &out };
+        let inputs = Inputs {
+            base: Picture { color: &color, ..exact.picture() },
+            foreground: None,
+            output: &out,
+            output_format: None,
+        };
         let camera = camera(2.5);
         let frame = FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
         let mut encoder = context.device().create_command_encoder(&Default::default());
         context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
         context.queue().submit([encoder.finish()]);
-        if format == Format::Rgba8Unorm {
-            let found: Vec<f32> = read(&context, &output, 4).iter().map(|&b| f32::from(b) / 255.0).collect();
+        let (found, most): (Vec<f32>, f32) = if format == Format::Rgba8Unorm {
+            let found = read(&context, &output, 4).iter().map(|&b| f32::from(b) / 255.0).collect();
             // Half a step of eight bits on the way in and on the way out.
-            assert!(largest_difference(&found, &expected) < 1.01 / 255.0);
-        }
+            (found, 1.01 / 255.0)
+        } else {
+            let bytes = read(&context, &output, 8);
+            let halves = bytes.chunks_exact(2).map(|b| half(u16::from_le_bytes([b[0], b[1]])));
+            // Half a step of eight bits on the way in, and of a half below 1 on the way out.
+            (halves.collect(), 0.505 / 255.0 + 1.0 / 4096.0)
+        };
+        assert!(largest_difference(&found, &expected) < most, "{format:?}");
     }
+}
+
+/// The number that sixteen bits are as a float.
+fn half(bits: u16) -> f32 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023) / 1024.0);
+    let size = match exponent {
+        0 => fraction * 2f32.powi(-14),
+        31 => f32::NAN,
+        _ => (1.0 + fraction) * 2f32.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
 }
 
 /// Draws a depth texture whose values are `at / z`.
@@ -333,7 +356,7 @@ fn a_hardware_depth_buffer_is_depth() {
         let decoding = Some(DepthDecoding::hardware(0.0, f64::from(near)));
         let out = view(&textures.output);
         let base = Picture { depth: Depth { view: &hardware, decoding }, ..textures.picture() };
-        let inputs = Inputs { base, foreground: None, output: &out };
+        let inputs = Inputs { base, foreground: None, output: &out, output_format: None };
         let frame = FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
         let mut encoder = context.device().create_command_encoder(&Default::default());
         context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
@@ -383,7 +406,12 @@ fn layered_textures_give_what_planes_give(all: Vec<Settings>) {
     let mut buffers = Buffers::new(&context, size, Storage::Full).expect("buffers");
     for settings in all {
         let (camera, out) = (camera(3.0), view(&base.output));
-        let inputs = Inputs { base: base.picture(), foreground: Some(front.picture()), output: &out };
+        let inputs = Inputs {
+            base: base.picture(),
+            foreground: Some(front.picture()),
+            output: &out,
+            output_format: None,
+        };
         let frame = FrameSettings { frame: scene.frame, camera: Some(&camera), settings: &settings };
         let mut encoder = context.device().create_command_encoder(&Default::default());
         context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
@@ -401,7 +429,7 @@ fn later_frames_allocate_nothing() {
     let mut buffers = Buffers::new(&context, textures.size, Storage::Full).expect("buffers");
     for settings in every_layering() {
         let out = view(&textures.output);
-        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
+        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out, output_format: None };
         let camera_2 = camera(2.0);
         let frame =
             FrameSettings { frame: Frame::full(textures.size), camera: Some(&camera_2), settings: &settings };
@@ -433,7 +461,7 @@ fn frames_may_wait_for_one_submission() {
         let camera = camera(focuses[i]);
         // What is thrown away or refused in between takes nobody's place.
         let out = view(&textures.output);
-        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
+        let inputs = Inputs { base: textures.picture(), foreground: None, output: &out, output_format: None };
         let full = Frame::full(textures.size);
         let frame = FrameSettings { frame: full, camera: Some(&camera), settings: &settings };
         context.prepare(&mut buffers, &inputs, &frame).expect("it prepares");
@@ -466,6 +494,62 @@ fn half_storage_is_close() {
     assert!(half.bytes() < full.bytes());
 }
 
+/// The disc's fields are twice as large as what is blurred; halves end at 65504.
+fn half_storage_has_bright_lights() {
+    let size = Size::new(90, 60);
+    let lamp =
+        |x: usize, y: usize| if (20..70).contains(&x) && (10..50).contains(&y) { 60000.0 } else { 1.0 };
+    let scene = scenes::by_depth(vec![scenes::plane(size, lamp); 3], scenes::constant(size, 0.3));
+    let context = context();
+    let textures = Frame32::new(&context, &scene);
+    let mut full = Buffers::new(&context, size, Storage::Full).expect("buffers");
+    let mut half = Buffers::new(&context, size, Storage::Half).expect("buffers");
+    for solver in [Solver::Lu, Solver::CyclicReduction] {
+        let diffusion = Diffusion { integrator: Integrator::Disc, solver, ..Diffusion::default() };
+        let settings = Settings { diffusion, layering: Layering::Single, ..Settings::default() };
+        let a = textures.render(&context, &mut full, &camera(2.5), &settings);
+        let b = textures.render(&context, &mut half, &camera(2.5), &settings);
+        let difference = largest_difference(&a, &b);
+        // Some ten roundings by 5e-4.
+        assert!(difference > 0.0 && difference < 5e-3 * 60000.0, "{solver:?}: {difference}");
+    }
+}
+
+fn an_output_may_be_an_srgb_view() {
+    let size = Size::new(64, 40);
+    let context = context();
+    let exact = Frame32::new(&context, &scene(size));
+    let mut buffers = Buffers::new(&context, size, Storage::Full).expect("buffers");
+    let settings = Settings::preset(Preset::Preview);
+    let camera = camera(2.5);
+    let expected = exact.render(&context, &mut buffers, &camera, &settings);
+    let descriptor =
+        texture_of(&exact, Format::Rgba8Unorm, Use::RENDER_ATTACHMENT | Use::TEXTURE_BINDING | Use::COPY_SRC);
+    let srgb = Some(Format::Rgba8UnormSrgb);
+    let descriptor = wgpu::TextureDescriptor { view_formats: &[Format::Rgba8UnormSrgb], ..descriptor };
+    let output = context.device().create_texture(&descriptor);
+    let out = output.create_view(&wgpu::TextureViewDescriptor { format: srgb, ..Default::default() });
+    let inputs = Inputs { base: exact.picture(), foreground: None, output: &out, output_format: srgb };
+    let frame = FrameSettings { frame: Frame::full(size), camera: Some(&camera), settings: &settings };
+    let mut encoder = context.device().create_command_encoder(&Default::default());
+    context.record(&mut encoder, &mut buffers, &inputs, &frame, None).expect("it records");
+    context.queue().submit([encoder.finish()]);
+    let bytes = read(&context, &output, 4);
+    for (texel, expected) in bytes.chunks_exact(4).zip(expected.chunks_exact(4)) {
+        for (&byte, &expected) in texel[..3].iter().zip(expected) {
+            let linear = expected.clamp(0.0, 1.0);
+            let shown =
+                if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+            // Devices may round by somewhat more than half a step.
+            assert!((f32::from(byte) - 255.0 * shown).abs() < 0.75, "{byte}, {expected}");
+        }
+    }
+    let other = Inputs { output_format: Some(Format::Bgra8UnormSrgb), ..inputs };
+    let mut encoder = context.device().create_command_encoder(&Default::default());
+    let refused = context.record(&mut encoder, &mut buffers, &other, &frame, None);
+    assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?}");
+}
+
 fn what_does_not_fit_is_refused() {
     let context = context();
     let textures = Frame32::new(&context, &scene(Size::new(20, 10)));
@@ -485,17 +569,61 @@ fn what_does_not_fit_is_refused() {
 
     let whole_numbers = texture(context.device(), textures.size, Format::Rgba8Uint, Use::TEXTURE_BINDING);
     let (color, out) = (view(&whole_numbers), view(output));
-    let inputs =
-        Inputs { base: Picture { color: &color, ..textures.picture() }, foreground: None, output: &out };
+    let inputs = Inputs {
+        base: Picture { color: &color, ..textures.picture() },
+        foreground: None,
+        output: &out,
+        output_format: None,
+    };
     let camera = camera(2.0);
     let frame =
         FrameSettings { frame: Frame::full(textures.size), camera: Some(&camera), settings: &settings };
     let refused = context.record(&mut encoder, &mut buffers, &inputs, &frame, None);
     assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?}");
     let none = FrameSettings { camera: None, ..frame };
-    let inputs = Inputs { base: textures.picture(), foreground: None, output: &out };
+    let inputs = Inputs { base: textures.picture(), foreground: None, output: &out, output_format: None };
     let refused = context.record(&mut encoder, &mut buffers, &inputs, &none, None);
     assert_eq!(refused, Err(Error::NoCamera));
+
+    // Textures that cannot be bound, in each place.
+    let one = texture_of(&textures, Format::Rgba32Float, Use::STORAGE_BINDING);
+    let volume = wgpu::TextureDescriptor { dimension: wgpu::TextureDimension::D3, ..one.clone() };
+    let volume = wgpu::TextureDescriptor { usage: Use::TEXTURE_BINDING | Use::RENDER_ATTACHMENT, ..volume };
+    let samples = wgpu::TextureDescriptor {
+        sample_count: 4,
+        format: Format::Rgba16Float,
+        usage: Use::TEXTURE_BINDING | Use::RENDER_ATTACHMENT,
+        ..one.clone()
+    };
+    for descriptor in [one, volume, samples] {
+        let made = context.device().create_texture(&descriptor);
+        let bad = view(&made);
+        let base = textures.picture();
+        let depth = Picture { depth: Depth { view: &bad, ..base.depth }, ..base };
+        let color = Picture { color: &bad, ..base };
+        let output = Inputs { output: &bad, ..inputs };
+        let near = Inputs { foreground: Some(depth), ..inputs };
+        for inputs in [Inputs { base: depth, ..inputs }, Inputs { base: color, ..inputs }, output, near] {
+            let refused = context.record(&mut encoder, &mut buffers, &inputs, &frame, None);
+            assert!(matches!(refused, Err(Error::Unsupported { .. })), "{refused:?} {descriptor:?}");
+        }
+    }
+    // Nothing of all that is in the encoder.
+    context.queue().submit([encoder.finish()]);
+    assert_eq!(buffers.made(), 0);
+}
+
+fn texture_of(frame: &Frame32, format: Format, usage: Use) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
+        label: None,
+        size: frame.output.size(),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    }
 }
 
 /// A device of its own, with the limits that `change` makes of WebGPU's defaults.
@@ -520,6 +648,11 @@ fn small_device(change: impl FnOnce(&mut wgpu::Limits)) -> Context {
 }
 
 fn small_limits_are_errors_with_numbers() {
+    let context = small_device(|limits| limits.max_storage_buffers_per_shader_stage = 4);
+    assert!(!Context::is_usable(context.limits()));
+    let refused = Buffers::new(&context, Size::new(8, 8), Storage::Full);
+    let error = refused.expect_err("eight buffers cannot be bound");
+    assert!(matches!(error, Error::DeviceLimit { needed: 8, allowed: 4, .. }), "{error}");
     let context = small_device(|limits| limits.max_storage_buffer_binding_size = 1 << 20);
     let refused = Buffers::new(&context, Size::new(512, 512), Storage::Full);
     let error = refused.expect_err("four megabytes do not fit into one");

@@ -9,14 +9,6 @@ use pullfocus_core::{Distance, Element, Error, Report, Result, Size, Storage};
 use pullfocus_gpu::{Buffers, Context, Depth, FrameSettings, Inputs, Picture, Timer};
 use std::sync::Arc;
 
-/// Whether a device has what the blur needs.
-pub fn is_usable(device: &wgpu::Device) -> bool {
-    let limits = device.limits();
-    limits.max_compute_invocations_per_workgroup >= 256
-        && limits.max_compute_workgroup_storage_size >= 16 << 10
-        && limits.max_storage_buffers_per_shader_stage >= 8
-}
-
 /// Textures of an element.
 struct Resident {
     color: Texture,
@@ -82,6 +74,7 @@ impl GpuBlur {
             base: base.picture(),
             foreground: near.as_ref().map(Resident::picture),
             output: &output.view,
+            output_format: None,
         };
         let frame = FrameSettings {
             frame: plate.scene.frame,
@@ -90,9 +83,6 @@ impl GpuBlur {
         };
         let device = self.context.device();
         let mut encoder = device.create_command_encoder(&Default::default());
-        if let Some(timer) = &mut self.timer {
-            timer.reset();
-        }
         self.context.record(&mut encoder, buffers, &inputs, &frame, self.timer.as_mut())?;
         let index = self.context.queue().submit([encoder.finish()]);
         let wait = wgpu::PollType::Wait { submission_index: Some(index), timeout: None };

@@ -196,7 +196,7 @@ impl Engine {
     ) -> std::io::Result<Self> {
         let info = render_state.adapter.get_info();
         let real = info.device_type != wgpu::DeviceType::Cpu && info.backend != wgpu::Backend::Gl;
-        let usable = gpu::is_usable(&render_state.device);
+        let usable = pullfocus_gpu::Context::is_usable(&render_state.device.limits());
         let on_gpu = usable
             && match choice {
                 Choice::Auto => real,

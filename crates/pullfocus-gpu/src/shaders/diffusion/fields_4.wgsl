@@ -1,4 +1,8 @@
-// What a plane is between the rows and the columns of a sum of products: four real fields.
+// What a plane is between the rows and the columns of a sum of products: four real fields. The first adds up to the plane; the
+// others go up to some twice its values, and lie in memory as a quarter of that, which f16 holds.
+const STORED: f32 = 0.25;
+const MEANT: f32 = 4.0;
+
 @group(0) @binding(4) var<storage, read_write> plane: array<Px>;
 @group(0) @binding(5) var<storage, read_write> field_1: array<Px>;
 @group(0) @binding(6) var<storage, read_write> field_2: array<Px>;

@@ -9,14 +9,15 @@ fn work(least_at: u32) {
     read_chunk(1u, &re);
     read_chunk(2u, &other);
     /* unroll */ for (var j = 0u; j < K; j++) {
-        values[j] = v_make(re[j], other[j]);
+        re[j] *= MEANT;
+        values[j] = v_make(re[j], MEANT * other[j]);
     }
     solve(&values, 0u);
     var kept: array<Lane, K>;
     read_chunk(3u, &other);
     /* unroll */ for (var j = 0u; j < K; j++) {
         kept[j] = v_re(values[j]);
-        values[j] = v_make(0.5 * q[j] - re[j], other[j]);
+        values[j] = v_make(0.5 * q[j] - re[j], MEANT * other[j]);
     }
     solve(&values, 1u);
     var low = Lane(-3.4e38);

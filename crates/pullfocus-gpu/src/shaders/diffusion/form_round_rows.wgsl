@@ -17,8 +17,9 @@ fn work(least_at: u32) {
         if field == 1u { mix = p.terms[1].mix_1; }
         if field == 2u { mix = p.terms[1].mix_2; }
         if field == 3u { mix = p.terms[1].mix_3; }
+        let part = select(STORED, 1.0, field == 0u);
         /* unroll */ for (var j = 0u; j < K; j++) {
-            lanes[j] = mixed(mix, v_re(first[j]), v_im(first[j]), v_re(second[j]), v_im(second[j]));
+            lanes[j] = part * mixed(mix, v_re(first[j]), v_im(first[j]), v_re(second[j]), v_im(second[j]));
         }
         write_chunk(field, &lanes);
     }

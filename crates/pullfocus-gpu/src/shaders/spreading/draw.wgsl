@@ -21,6 +21,9 @@ var<workgroup> sums: array<atomic<u32>, 2u * SEGMENT * CHANNELS>;
 var<workgroup> levels: atomic<u32>;
 // What all points of one level reach: the first row and column of cells, complemented, and those after the last.
 var<workgroup> extent: array<atomic<u32>, 4>;
+// Copies of both: what barriers depend on must be known to be the same for all threads, and an atomic never is.
+var<workgroup> levels_there: u32;
+var<workgroup> reached: vec4u;
 
 // A thread's point.
 var<private> values: array<f32, CHANNELS>;
@@ -123,7 +126,8 @@ fn main(
         atomicOr(&levels, 1u << drawn.level);
     }
     workgroupBarrier();
-    var left = atomicLoad(&levels);
+    if index == 0u { levels_there = atomicLoad(&levels); }
+    var left = workgroupUniformLoad(&levels_there);
     while left != 0u {
         let level = firstTrailingBit(left);
         left &= left - 1u;
@@ -144,10 +148,17 @@ fn main(
             }
         }
         workgroupBarrier();
-        let first_row = ~atomicLoad(&extent[0]);
-        let end_row = atomicLoad(&extent[1]);
-        let first_column = ~atomicLoad(&extent[2]);
-        let end_column = min(atomicLoad(&extent[3]) + 1u, place.y);
+        if index == 0u {
+            reached = vec4u(
+                ~atomicLoad(&extent[0]), atomicLoad(&extent[1]),
+                ~atomicLoad(&extent[2]), atomicLoad(&extent[3]),
+            );
+        }
+        let whole = workgroupUniformLoad(&reached);
+        let first_row = whole.x;
+        let end_row = whole.y;
+        let first_column = whole.z;
+        let end_column = min(whole.w + 1u, place.y);
         if end_row > 0u {
             for (var segment = first_column; segment < end_column; segment += SEGMENT) {
                 let cells = min(end_column - segment, SEGMENT);
@@ -170,6 +181,5 @@ fn main(
                 }
             }
         }
-        workgroupBarrier();
     }
 }
