@@ -77,8 +77,10 @@ pub struct Kernel {
 
 static NEXT_KERNEL: AtomicU64 = AtomicU64::new(0);
 
+type OfLimits = fn(&wgpu::Limits) -> u32;
+
 /// What a device must allow: WebGPU's defaults, or less.
-const LEAST: [(&str, u32, fn(&wgpu::Limits) -> u32); 5] = [
+const LEAST: [(&str, u32, OfLimits); 5] = [
     ("storage buffers in one stage", 8, |limits| limits.max_storage_buffers_per_shader_stage),
     ("invocations in one workgroup", 256, |limits| limits.max_compute_invocations_per_workgroup),
     ("invocations along x in one workgroup", 256, |limits| limits.max_compute_workgroup_size_x),
