@@ -76,7 +76,8 @@ fn the_lists_hold_every_check_and_their_checks_run() {
     // `exact` is not a check.
     assert_eq!(diffusion.len(), declared(include_str!("../src/conformance/diffusion.rs")) - 1);
     let render = pullfocus_testkit::render_checks!(Renders);
-    assert_eq!(render.len(), declared(include_str!("../src/conformance/render.rs")));
+    let foregrounds = declared(include_str!("../src/conformance/foreground.rs"));
+    assert_eq!(render.len(), declared(include_str!("../src/conformance/render.rs")) + foregrounds);
     let bokeh = pullfocus_testkit::bokeh_checks!(Renders);
     assert_eq!(bokeh.len(), declared(include_str!("../src/conformance/bokeh.rs")));
     let show = pullfocus_testkit::show_checks!(Renders);

@@ -90,24 +90,33 @@ fn weights_decide_who_is_seen() {
 /// A software device draws these circles for seconds; a fast one may be done before it is asked.
 fn a_long_draw_hears_a_wish_to_stop() {
     let size = Size::new(2048, 1024);
-    let colors = vec![scenes::checker(size, 9); 3];
-    let mut scene = scenes::by_circle(colors, None, scenes::constant(size, 47.0));
-    let layering = Layering::Single;
-    let settings = Settings { method: Method::Aperture, layering, ..Settings::default() };
-    let (cancel, start) = (Cancel::new(), Instant::now());
+    let settings = Settings { method: Method::Aperture, layering: Layering::Single, ..Settings::default() };
+    let draw = |cancel: &Cancel| {
+        let colors = vec![scenes::checker(size, 9); 3];
+        let mut scene = scenes::by_circle(colors, None, scenes::constant(size, 47.0));
+        let start = Instant::now();
+        let result = with_host(|host| host.render(&mut scene, None, &settings, cancel));
+        (result, start.elapsed())
+    };
+    // The first one makes the pipelines, too.
+    let whole = [(); 2].map(|()| draw(&Cancel::new()).1)[1];
+    let cancel = Cancel::new();
     let flag = cancel.clone();
     let raise = std::thread::spawn(move || {
-        std::thread::sleep(Duration::from_millis(1000));
+        std::thread::sleep(whole / 8);
         flag.cancel();
         Instant::now()
     });
-    let result = with_host(|host| host.render(&mut scene, None, &settings, &cancel));
+    let (result, _) = draw(&cancel);
     let ended = Instant::now();
     let late = ended.saturating_duration_since(raise.join().expect("the flag is raised"));
     assert!(matches!(result, Ok(_) | Err(Error::Cancelled)), "{result:?}");
-    // The promise is 50 ms; a loaded machine stretches it, and what is not cut goes on for seconds.
-    assert!(late < Duration::from_secs(2), "it went on for {late:?} of {:?}", start.elapsed());
-    eprintln!("{} after {late:?} of {:?}", if result.is_ok() { "done" } else { "stopped" }, start.elapsed());
+    // The promise is 50 ms; a loaded machine stretches it as it stretches the whole, of which seven eighths are left.
+    assert!(
+        late < whole / 2 + Duration::from_millis(50),
+        "it went on for {late:?}, the whole takes {whole:?}"
+    );
+    eprintln!("{} after {late:?} of {whole:?}", if result.is_ok() { "done" } else { "stopped" });
 }
 
 fn other_methods_and_shapes_are_refused() {

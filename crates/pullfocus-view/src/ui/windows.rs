@@ -121,7 +121,8 @@ impl App {
             let [shot, other] = &self.document.takes;
             // Its place is kept, so that nothing moves with the choice.
             let is_other = self.front() == 1 && shot != other && matches!(draft.what, What::Shot | What::Camera);
-            ui.label(if is_other { "This is take A's; B to A makes the take in front the shot." } else { "" });
+            let text = "This is take A's; B to A makes the take in front the shot.";
+            ui.add_visible(is_other, egui::Label::new(text));
             ui.horizontal(|ui| {
                 let label = ui.label("To");
                 let hint = match draft.what {
