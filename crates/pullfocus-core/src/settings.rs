@@ -1,6 +1,6 @@
 //! Everything that a user can choose about a blur, beside the camera.
 
-use crate::aperture::Aperture;
+use crate::aperture::{Aperture, ApertureShape};
 use crate::bokeh::Bokeh;
 use crate::coc::CocSettings;
 use crate::diffusion::{Diffusion, Integrator};
@@ -9,6 +9,7 @@ use crate::layers::{Layering, Show};
 use crate::method::{Method, Mipmap, Psf, Quality};
 use crate::tensor::Tensor;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// The settings of a render; the same for every backend. The default is general layers by diffusion.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -63,6 +64,17 @@ pub enum Preset {
 }
 
 impl Settings {
+    /// The shape that the method spreads. A picture is no span: with [`Method::Aperture`] highlights have it, where there are any, and
+    /// the rest a disc, as high.
+    pub fn spread_aperture(&self) -> Cow<'_, Aperture> {
+        match self.aperture.shape {
+            ApertureShape::Image(_) if self.bokeh.is_some() && self.method == Method::Aperture => {
+                Cow::Owned(Aperture { squeeze: self.aperture.squeeze, ..Aperture::DISC })
+            }
+            _ => Cow::Borrowed(&self.aperture),
+        }
+    }
+
     /// The settings of a preset.
     pub fn preset(preset: Preset) -> Self {
         match preset {

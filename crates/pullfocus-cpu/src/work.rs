@@ -6,8 +6,8 @@ use crate::pool::PlanePool;
 use crate::spreading::{Spread, SpreadBuffers, spread};
 use pullfocus_core::diffusion::Calibration;
 use pullfocus_core::{
-    Aperture, ApertureShape, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality,
-    Report, Result, Settings, Show, Solver, Tensor,
+    Aperture, Cancel, Diffusion, Frame, Integrator, Method, Mipmap, Plane, Psf, Quality, Report, Result,
+    Settings, Show, Solver, Tensor,
 };
 use std::borrow::Cow;
 use std::time::Instant;
@@ -76,15 +76,7 @@ impl<'a> Work<'a> {
         Self {
             method: settings.method,
             psf: settings.psf,
-            aperture: match settings.aperture.shape {
-                // A picture is no span: highlights have it, the rest a disc, as high.
-                ApertureShape::Image(_)
-                    if settings.bokeh.is_some() && settings.method == Method::Aperture =>
-                {
-                    Cow::Owned(Aperture { squeeze: settings.aperture.squeeze, ..Aperture::DISC })
-                }
-                _ => Cow::Borrowed(&settings.aperture),
-            },
+            aperture: settings.spread_aperture(),
             show: settings.show,
             look: settings.bokeh.map(|bokeh| Look::new(frame, bokeh, &settings.aperture)),
             quality: settings.quality,

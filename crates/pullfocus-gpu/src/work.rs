@@ -59,7 +59,7 @@ impl<'w, 'r> Work<'w, 'r> {
             recorder,
             size: frame.data.size,
             method: settings.method,
-            aperture: spreading::aperture_of(settings),
+            aperture: settings.spread_aperture(),
             show: settings.show,
             diffusion: settings.diffusion,
             vertical_scale: frame.vertical_scale(),

@@ -18,8 +18,7 @@ use crate::shader::{Constant, Part, Spec, part, uniform};
 use places::{MOST_LEVELS, Places};
 use pullfocus_core::psf::MOST_DIAMETER;
 use pullfocus_core::spans::{HALF, MOST_ROWS, PHASES, SIZES, STEPS};
-use pullfocus_core::{Aperture, ApertureShape, Method, Result, Settings, Size};
-use std::borrow::Cow;
+use pullfocus_core::{Aperture, Method, Result, Settings, Size};
 
 uniform! {
     /// See `spans.wgsl`.
@@ -76,20 +75,9 @@ const WORK_OF_A_POINT: u64 = 32;
 pub fn check(settings: &Settings) -> Result<()> {
     settings.method.expect_on_gpu()?;
     if settings.method == Method::Aperture {
-        aperture_of(settings).expect_outline()?;
+        settings.spread_aperture().expect_outline()?;
     }
     Ok(())
-}
-
-/// The shape that the method spreads.
-pub fn aperture_of(settings: &Settings) -> Cow<'_, Aperture> {
-    match settings.aperture.shape {
-        // A picture is no span: highlights have it, the rest a disc, as high.
-        ApertureShape::Image(_) if settings.bokeh.is_some() => {
-            Cow::Owned(Aperture { squeeze: settings.aperture.squeeze, ..Aperture::DISC })
-        }
-        _ => Cow::Borrowed(&settings.aperture),
-    }
 }
 
 /// Planes of a group that go through at a time, and whether their weight goes with them.
