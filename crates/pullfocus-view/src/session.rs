@@ -1,12 +1,12 @@
 //! What comes back when the program is started again: recent files, the last shot, how it was looked at.
 
-use crate::locked::lock;
+use crate::locked::Desk;
 use crate::look::Look;
 use eframe::egui;
 use pullfocus_job::storage;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// How many recent files are remembered.
@@ -78,34 +78,11 @@ impl Session {
 }
 
 #[derive(Default)]
-struct Desk {
+struct Work {
     next: Option<Session>,
     is_writing: bool,
     fault: Option<String>,
     quit: bool,
-}
-
-#[derive(Default)]
-struct Shared {
-    desk: Mutex<Desk>,
-    bell: Condvar,
-}
-
-impl Shared {
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        lock(&self.desk)
-    }
-
-    fn wait(&self, idle: impl FnMut(&mut Desk) -> bool) -> MutexGuard<'_, Desk> {
-        self.bell.wait_while(self.desk(), idle).unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Waits until everything is written or cannot be; false where that takes longer than a window may take to close.
-    fn finish(&self) -> bool {
-        let busy = |desk: &mut Desk| desk.next.is_some() || desk.is_writing;
-        let waited = self.bell.wait_timeout_while(self.desk(), PATIENCE, busy);
-        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
-    }
 }
 
 /// How long a window that closes waits for its session to be written.
@@ -114,7 +91,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// A thread that writes sessions, so that no disk, and no server that is away, holds the window up. What was handed over last is
 /// written when this is dropped.
 pub struct Keeper {
-    shared: Arc<Shared>,
+    desk: Arc<Desk<Work>>,
 }
 
 impl Keeper {
@@ -123,52 +100,54 @@ impl Keeper {
     /// # Errors
     /// The system's, if there is no thread to be had.
     pub fn start(path: &Path, ctx: &egui::Context) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared::default());
-        let (theirs, path, ctx) = (Arc::clone(&shared), path.to_owned(), ctx.clone());
+        let desk = Arc::new(Desk::<Work>::default());
+        let (theirs, path, ctx) = (Arc::clone(&desk), path.to_owned(), ctx.clone());
         let work = move || {
             loop {
-                let mut desk = theirs.wait(|desk| desk.next.is_none() && !desk.quit);
-                let Some(session) = desk.next.take() else { return };
-                desk.is_writing = true;
-                drop(desk);
+                let mut work = theirs.wait_while(|work| work.next.is_none() && !work.quit);
+                let Some(session) = work.next.take() else { return };
+                work.is_writing = true;
+                drop(work);
                 let fault = session.write(&path).err();
-                if fault.is_some() {
+                let is_news = fault.is_some();
+                let mut work = theirs.look();
+                (work.is_writing, work.fault) = (false, fault);
+                drop(work);
+                theirs.ring();
+                if is_news {
                     ctx.request_repaint();
                 }
-                let mut desk = theirs.desk();
-                (desk.is_writing, desk.fault) = (false, fault);
-                theirs.bell.notify_all();
             }
         };
         // It ends when this is dropped, or with the process.
         std::thread::Builder::new().name("session".into()).spawn(work)?;
-        Ok(Self { shared })
+        Ok(Self { desk })
     }
 
     /// Hands a session over, in the place of one that is not begun.
     pub fn keep(&self, session: Session) {
-        self.shared.desk().next = Some(session);
-        self.shared.bell.notify_all();
+        self.desk.look().next = Some(session);
+        self.desk.ring();
     }
 
     /// Waits until what was handed over is written, or cannot be; some seconds at most.
     pub fn finish(&self) {
-        if !self.shared.finish() {
+        if !self.desk.wait_for(PATIENCE, |work| work.next.is_some() || work.is_writing) {
             tracing::warn!("the session is not written yet, and is not waited for");
         }
     }
 
     /// Why the last one could not be written, told once.
     pub fn take_fault(&self) -> Option<String> {
-        self.shared.desk().fault.take()
+        self.desk.look().fault.take()
     }
 }
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        self.shared.finish();
-        self.shared.desk().quit = true;
-        self.shared.bell.notify_all();
+        self.finish();
+        self.desk.look().quit = true;
+        self.desk.ring();
     }
 }
 

@@ -2,10 +2,10 @@
 
 use super::config::Reader;
 use super::{Choice, Menu, Table};
-use crate::locked::lock;
+use crate::locked::Desk;
 use eframe::egui;
 use std::path::PathBuf;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 /// What a table is wanted for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,9 +30,9 @@ pub struct State {
 }
 
 #[derive(Default)]
-struct Desk {
+struct Work {
     asked: Option<Ask>,
-    /// What [`Desk::state`] is the answer to.
+    /// What [`Work::state`] is the answer to.
     answered: Option<Ask>,
     state: State,
     /// A sentence that nobody has told yet.
@@ -40,21 +40,9 @@ struct Desk {
     quit: bool,
 }
 
-#[derive(Default)]
-struct Shared {
-    desk: Mutex<Desk>,
-    bell: Condvar,
-}
-
-impl Shared {
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        lock(&self.desk)
-    }
-}
-
 /// The thread's end in the window.
 pub struct Colors {
-    shared: Arc<Shared>,
+    desk: Arc<Desk<Work>>,
     environment: Option<String>,
 }
 
@@ -64,11 +52,11 @@ impl Colors {
     /// # Errors
     /// The system's, if there is no thread to be had.
     pub fn start(ctx: &egui::Context, environment: Option<String>) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared::default());
+        let desk = Arc::new(Desk::<Work>::default());
         let environment = environment.filter(|value| !value.trim().is_empty());
-        let (theirs, ctx, variable) = (Arc::clone(&shared), ctx.clone(), environment.clone());
+        let (theirs, ctx, variable) = (Arc::clone(&desk), ctx.clone(), environment.clone());
         std::thread::Builder::new().name("colour".into()).spawn(move || work(&theirs, &ctx, variable))?;
-        Ok(Self { shared, environment })
+        Ok(Self { desk, environment })
     }
 
     /// What the variable OCIO holds, if anything.
@@ -78,56 +66,55 @@ impl Colors {
 
     /// Wants a transform; what is wanted already costs nothing.
     pub fn ask(&self, ask: Ask) {
-        let mut desk = self.shared.desk();
-        if desk.asked.as_ref() != Some(&ask) {
-            desk.asked = Some(ask);
-            self.shared.bell.notify_one();
+        let mut work = self.desk.look();
+        if work.asked.as_ref() != Some(&ask) {
+            work.asked = Some(ask);
+            self.desk.ring();
         }
     }
 
     /// What there is now.
     pub fn state(&self) -> State {
-        self.shared.desk().state.clone()
+        self.desk.look().state.clone()
     }
 
     /// Whether something is under way.
     pub fn is_busy(&self) -> bool {
-        let desk = self.shared.desk();
-        desk.asked != desk.answered
+        let work = self.desk.look();
+        work.asked != work.answered
     }
 
     /// What went wrong since this was asked last.
     pub fn take_fault(&self) -> Option<String> {
-        self.shared.desk().untold.take()
+        self.desk.look().untold.take()
     }
 }
 
 impl Drop for Colors {
     fn drop(&mut self) {
-        self.shared.desk().quit = true;
-        self.shared.bell.notify_one();
+        self.desk.look().quit = true;
+        self.desk.ring();
     }
 }
 
-fn work(shared: &Shared, ctx: &egui::Context, environment: Option<String>) {
+fn work(desk: &Desk<Work>, ctx: &egui::Context, environment: Option<String>) {
     let mut reader = Reader::new(environment);
     loop {
-        let idle = |desk: &mut Desk| !desk.quit && desk.asked == desk.answered;
-        let desk = shared.bell.wait_while(shared.desk(), idle).unwrap_or_else(PoisonError::into_inner);
-        let Some(ask) = desk.asked.clone().filter(|_| !desk.quit) else { return };
-        drop(desk);
+        let work = desk.wait_while(|work| !work.quit && work.asked == work.answered);
+        let Some(ask) = work.asked.clone().filter(|_| !work.quit) else { return };
+        drop(work);
         let (menu, table) = reader.read(&ask);
-        let mut desk = shared.desk();
-        desk.state.menu = menu.map(Arc::new);
+        let mut work = desk.look();
+        work.state.menu = menu.map(Arc::new);
         match table {
-            Ok(table) => (desk.state.table, desk.state.fault) = (Some(table), None),
+            Ok(table) => (work.state.table, work.state.fault) = (Some(table), None),
             Err(sentence) => {
-                (desk.state.table, desk.state.fault) = (None, Some(sentence.clone()));
-                desk.untold = Some(sentence);
+                (work.state.table, work.state.fault) = (None, Some(sentence.clone()));
+                work.untold = Some(sentence);
             }
         }
-        desk.answered = Some(ask);
-        drop(desk);
+        work.answered = Some(ask);
+        drop(work);
         ctx.request_repaint();
     }
 }
